@@ -1,0 +1,52 @@
+# The one list of what can be done here; CI and people call the same targets.
+SHELL := /bin/bash
+.DEFAULT_GOAL := help
+.PHONY: help setup build demo test test-slow lint fmt bench docs clean
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml pyproject.toml
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+$(VENV)/.tools: pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { echo "groma needs Python >= 3.11: set PYTHON=..."; exit 1; }
+	@command -v cargo >/dev/null || { echo "groma needs Rust: cargo is not on the path"; exit 1; }
+	@command -v cc >/dev/null || { echo "groma needs a C compiler: cc is not on the path"; exit 1; }
+	@command -v cmake >/dev/null || { echo "groma needs cmake: it is not on the path"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade 'pip>=25.1'
+	$(BIN)/python -m pip install --quiet --group dev
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.tools $(SOURCES)
+	VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --release --quiet
+	@touch $@
+
+setup: $(VENV)/.tools ## make .venv with the tools
+build: $(VENV)/.built ## build the extension and install groma into .venv
+
+demo: build ## simulate a warehouse, map it, show the report
+	$(BIN)/groma demo
+
+test: build ## all quick tests: Rust, then Python
+	cargo test --release --quiet --workspace --exclude groma-python
+	$(BIN)/pytest -m 'not slow'
+
+test-slow: build ## the statistics that take minutes
+	cargo test --release --workspace --exclude groma-python -- --ignored
+	$(BIN)/pytest -m slow
+
+lint: build ## every lint is an error
+	cargo fmt --all --check
+	cargo clippy --release --workspace --all-targets --quiet -- -D warnings
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+fmt: $(VENV)/.tools ## format everything
+	cargo fmt --all
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .

@@ -1,0 +1,70 @@
+//! Planar odometry: poses of the vehicle in a frame that drifts but never jumps on its own account.
+
+use groma_geometry::Se2;
+
+/// One odometry reading: the vehicle in the odometry frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Odometry {
+    /// Time [s].
+    pub stamp: f64,
+    /// `T_odom_base`.
+    pub pose: Se2,
+}
+
+/// Odometry readings in strictly rising order of time.
+#[derive(Clone, Debug, Default)]
+pub struct OdometryTrack {
+    readings: Vec<Odometry>,
+}
+
+impl OdometryTrack {
+    /// Appends a reading; returns false and keeps nothing if its time does not rise or its pose is not finite.
+    pub fn push(&mut self, reading: Odometry) -> bool {
+        let late = self.readings.last().is_some_and(|last| reading.stamp <= last.stamp);
+        let finite = reading.stamp.is_finite() && reading.pose.to_vector().iter().all(|v| v.is_finite());
+        if late || !finite {
+            return false;
+        }
+        self.readings.push(reading);
+        true
+    }
+
+    /// The readings, oldest first.
+    #[must_use]
+    pub fn readings(&self) -> &[Odometry] {
+        &self.readings
+    }
+
+    /// The pose at `stamp`, on the constant-twist path between its neighbours; the first or last pose outside the
+    /// track; `None` when the track is empty.
+    #[must_use]
+    pub fn at(&self, stamp: f64) -> Option<Se2> {
+        let after = self.readings.partition_point(|r| r.stamp < stamp);
+        match (after.checked_sub(1).map(|k| self.readings[k]), self.readings.get(after)) {
+            (_, Some(b)) if b.stamp == stamp => Some(b.pose),
+            (Some(a), Some(b)) => Some(a.pose.interpolate(&b.pose, (stamp - a.stamp) / (b.stamp - a.stamp))),
+            (Some(only), None) => Some(only.pose),
+            (None, first) => first.map(|r| r.pose),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reading(stamp: f64, x: f64) -> Odometry {
+        Odometry { stamp, pose: Se2::new(x, 0.0, 0.0) }
+    }
+
+    #[test]
+    fn interpolates_and_clamps() {
+        let mut track = OdometryTrack::default();
+        assert!(track.at(0.0).is_none());
+        assert!(track.push(reading(1.0, 0.0)) && track.push(reading(2.0, 1.0)));
+        assert!(!track.push(reading(2.0, 5.0)) && !track.push(reading(3.0, f64::NAN)));
+        for (t, x) in [(0.0, 0.0), (1.0, 0.0), (1.25, 0.25), (2.0, 1.0), (9.0, 1.0)] {
+            assert!((track.at(t).unwrap().x() - x).abs() < 1e-15);
+        }
+    }
+}

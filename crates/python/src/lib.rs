@@ -1,0 +1,8 @@
+//! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))
+}

@@ -1,0 +1,82 @@
+"""What a recording is made of: frozen values, SI units, radians, stamps in seconds.
+
+Poses are ``T_parent_child``. Readers normalise to these; nothing else in groma knows a file format.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class BeamGeometry:
+    """Where the beams of a scanner point; beam ``i`` has bearing ``angle_min + i * angle_increment``."""
+
+    angle_min: float
+    angle_increment: float
+    time_increment: float
+    """Time between two beams; 0 when unknown."""
+    range_min: float
+    range_max: float
+    """A reading is a hit iff it is finite and ``range_min <= r <= range_max``."""
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """One sweep; ``stamp`` is the time of the first beam."""
+
+    stamp: float
+    stream: str
+    """Topic, or the record tag of the format."""
+    frame: str
+    """Name of the laser frame; empty when the format has none."""
+    geometry: BeamGeometry
+    ranges: Array
+    """Metres; ``+inf`` = no return, NaN = invalid."""
+    intensities: Array = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Pose of the vehicle in a frame that drifts."""
+
+    stamp: float
+    stream: str
+    x: float
+    y: float
+    theta: float
+    frame: str = "odom"
+    child_frame: str = "base_link"
+
+
+@dataclass(frozen=True, slots=True)
+class JointState:
+    """Positions [rad] and velocities [rad/s] of named joints; NaN where a message leaves them out."""
+
+    stamp: float
+    stream: str
+    names: tuple[str, ...]
+    positions: Array
+    velocities: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Transform:
+    """One edge of the frame tree."""
+
+    stamp: float
+    stream: str
+    parent: str
+    child: str
+    translation: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    """x, y, z, w."""
+    static: bool = False
+
+
+Message = LaserScan | Odometry | JointState | Transform
