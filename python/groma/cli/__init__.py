@@ -1,0 +1,46 @@
+"""The command `groma`: one verb, one file. Verbs are imported when called, so that help is instant.
+
+Exit codes: 0 done, 1 the estimation failed, 2 the user's mistake. Anything else is a bug and shows its traceback.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from cyclopts import App, CycloptsError
+
+import groma
+from groma.errors import EstimationError, UserError
+
+app = App(name="groma", help=groma.__doc__, version=groma.__version__)
+evaluate = App(name="evaluate", help="Compare estimates with references.")
+app.command(evaluate)
+
+app.command("groma.cli.demo:demo")
+app.command("groma.cli.inspect:inspect")
+app.command("groma.cli.map:map_", name="map")
+app.command("groma.cli.simulate:simulate")
+app.command("groma.cli.config:config")
+evaluate.command("groma.cli.evaluate_trajectory:trajectory")
+
+
+def main() -> None:
+    """Run the command line and exit."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command line and return its exit code."""
+    try:
+        app(arguments, exit_on_error=False, print_error=True)
+    except CycloptsError:
+        return 2
+    except UserError as error:
+        print(f"groma: {error}", file=sys.stderr)
+        return 2
+    except EstimationError as error:
+        print(f"groma: {error}", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        sys.stderr.close()
+    return 0

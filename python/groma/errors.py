@@ -1,0 +1,9 @@
+"""The two ways in which a run may fail without there being a bug."""
+
+
+class UserError(Exception):
+    """The input or the request is wrong: one line says what and how to mend it; the command exits with 2."""
+
+
+class EstimationError(Exception):
+    """The data did not allow an estimate: one line says why; the command exits with 1."""
