@@ -1,1 +1,17 @@
-//! (crate under construction)
+//! Registration of laser scans: scan to scan and scan to local map.
+//!
+//! The pieces are orthogonal: [`surface_scan`] turns readings into points with normals, [`surface_map`] and
+//! [`polar_view`] answer nearest-surface queries, [`correlative`] searches wide without a good start,
+//! [`point_to_line`] refines to the optimum with a covariance, [`polar_view`] tells what two views say of each other.
+
+pub mod correlative;
+pub mod point_to_line;
+pub mod polar_view;
+pub mod surface_map;
+pub mod surface_scan;
+
+pub use correlative::{CorrelativeField, Peak, Window};
+pub use point_to_line::{Alignment, Prior, Surfaces, align};
+pub use polar_view::{PolarView, Visibility};
+pub use surface_map::SurfaceMap;
+pub use surface_scan::SurfaceScan;

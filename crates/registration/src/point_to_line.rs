@@ -1,0 +1,191 @@
+//! Point-to-line registration: Gauss-Newton on a scan against surfaces, with a motion prior.
+//!
+//! With `T` the pose of the scan in the map, `p_i` its points, `(q_i, n_i)` the surface point nearest to `T p_i`:
+//!
+//! ```text
+//! r_i(T)  = n_i . (T p_i - q_i)
+//! cost(T) = sum_i rho(r_i / s) + rho_t( || log(T_prior^-1 T) ||_P )
+//! T <- T exp(d),   dr_i/dd = n_i^T R [ I | p_i^perp ]
+//! ```
+//!
+//! `rho` is Cauchy's loss, its scale `s` the robust spread of the residuals of the iteration (1.48 times the median of
+//! their absolute values, within bounds), so that no scanner has to be described. `rho_t` is Student's loss on the
+//! prior: odometry that jumps loses its say when the scan speaks clearly. The radius of the search for surfaces shrinks
+//! from iteration to iteration.
+//!
+//! **Covariance.** `information = independence / s^2 * sum w_i J_i^T J_i`, without the prior. Readings of one
+//! scan share errors (incidence, surface texture, beam divergence, wrong matches), so only a share of them counts as
+//! independent. Directions without surfaces across them have no information: a value, not an error.
+//!
+//! Source: A. Censi, "An ICP variant using a point-to-line metric", ICRA 2008, for the metric.
+
+use crate::surface_scan::SurfaceScan;
+use groma_geometry::Se2;
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// Cosine of the largest angle between the normals of a point and of the surface it is matched to.
+pub const NORMAL_AGREEMENT: f64 = 0.7;
+/// Share of the readings that count as independent.
+const INDEPENDENCE: f64 = 0.1;
+/// Bounds of the residual scale [m].
+const SCALE: (f64, f64) = (0.008, 0.08);
+/// Cauchy's tuning constant: 95 % efficiency for Gaussian residuals.
+const CAUCHY: f64 = 2.385;
+/// Radii of the search for surfaces, one after the other [m]; the last is repeated.
+const RADII: [f64; 6] = [0.6, 0.6, 0.4, 0.3, 0.2, 0.15];
+const MOST_ITERATIONS: usize = 20;
+/// Degrees of freedom of the prior's Student loss.
+const PRIOR_DOF: f64 = 4.0;
+
+/// What can be asked for its nearest surface.
+pub trait Surfaces {
+    /// The nearest surface point and its normal within `radius` of `p`, seen from the side that `normal` tells (any if zero).
+    fn nearest(&self, p: Vector2<f64>, normal: Vector2<f64>, radius: f64) -> Option<(Vector2<f64>, Vector2<f64>)>;
+}
+
+/// What is believed of the pose before the scan is looked at.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    /// The expected pose.
+    pub pose: Se2,
+    /// Its information in the body frame.
+    pub information: Matrix3<f64>,
+}
+
+impl Prior {
+    /// Squared Mahalanobis distance of a pose.
+    #[must_use]
+    pub fn distance_sq(&self, pose: &Se2) -> f64 {
+        let e = pose.minus(&self.pose);
+        e.dot(&(self.information * e))
+    }
+
+    /// Negative log density of Student's distribution, up to a constant.
+    fn cost(&self, pose: &Se2) -> f64 {
+        0.5 * (PRIOR_DOF + 3.0) * (self.distance_sq(pose) / PRIOR_DOF).ln_1p()
+    }
+}
+
+/// The result of a registration.
+#[derive(Clone, Debug)]
+pub struct Alignment {
+    /// Pose of the scan in the map.
+    pub pose: Se2,
+    /// Information of the pose in the body frame, from the readings alone; may be rank deficient.
+    pub information: Matrix3<f64>,
+    /// Share of the scan's points that lie on a surface (within three scales).
+    pub share: f64,
+    /// Number of such points.
+    pub matched: usize,
+    /// Robust spread of the residuals [m].
+    pub scale: f64,
+    /// Negative log posterior up to a constant: to compare alignments of one scan.
+    pub cost: f64,
+    /// Whether the last step was negligible.
+    pub converged: bool,
+}
+
+/// One linearisation.
+struct Normal {
+    hessian: Matrix3<f64>,
+    gradient: Vector3<f64>,
+    matched: usize,
+    cost: f64,
+    scale: f64,
+}
+
+struct Match {
+    residual: f64,
+    row: Vector3<f64>,
+}
+
+/// Registers `scan` to `map` from `start`.
+#[must_use]
+pub fn align(scan: &SurfaceScan, map: &impl Surfaces, start: Se2, prior: Option<&Prior>) -> Alignment {
+    let mut pose = start;
+    let mut converged = false;
+    let mut matches = Vec::with_capacity(scan.points.len());
+    for k in 0..MOST_ITERATIONS {
+        let radius = RADII[k.min(RADII.len() - 1)];
+        let normal = linearize(scan, map, &pose, radius, &mut matches);
+        let step = solve(&normal, prior, &pose);
+        pose = pose.plus(step);
+        converged = step.xy().norm() < 2e-4 && step.z.abs() < 2e-5;
+        if converged && k + 1 >= RADII.len() {
+            break;
+        }
+    }
+    let last = linearize(scan, map, &pose, RADII[RADII.len() - 1], &mut matches);
+    Alignment {
+        pose,
+        information: last.hessian * INDEPENDENCE,
+        share: last.matched as f64 / scan.points.len().max(1) as f64,
+        matched: last.matched,
+        scale: last.scale,
+        cost: last.cost * INDEPENDENCE + prior.map_or(0.0, |p| p.cost(&pose)),
+        converged,
+    }
+}
+
+fn linearize(scan: &SurfaceScan, map: &impl Surfaces, pose: &Se2, radius: f64, matches: &mut Vec<Match>) -> Normal {
+    matches.clear();
+    for (p, n) in scan.points.iter().zip(&scan.normals) {
+        let at = pose.act(*p);
+        if let Some((q, normal)) = map.nearest(at, pose.rotation.act(*n), radius) {
+            let body = pose.rotation.inverse().act(normal);
+            let row = Vector3::new(body.x, body.y, p.x * body.y - p.y * body.x);
+            matches.push(Match { residual: normal.dot(&(at - q)), row });
+        }
+    }
+    accumulate(matches, scan.points.len())
+}
+
+fn accumulate(matches: &[Match], points: usize) -> Normal {
+    let scale = spread(matches);
+    let (mut hessian, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
+    let (mut cost, mut matched) = (0.0, 0);
+    let per_variance = 1.0 / (scale * scale);
+    for m in matches {
+        let u = (m.residual / (CAUCHY * scale)).powi(2);
+        let w = per_variance / (1.0 + u);
+        hessian += m.row * m.row.transpose() * w;
+        gradient += m.row * (w * m.residual);
+        cost += 0.5 * CAUCHY * CAUCHY * u.ln_1p();
+        matched += usize::from(m.residual.abs() < 3.0 * scale);
+    }
+    // A point without a surface costs as much as one at the edge of the search: matches are never a burden.
+    cost += (points - matches.len()) as f64 * 0.5 * CAUCHY * CAUCHY * (0.15f64 / (CAUCHY * SCALE.0)).powi(2).ln_1p();
+    Normal { hessian, gradient, matched, cost, scale }
+}
+
+/// 1.48 times the median absolute residual, within the bounds.
+fn spread(matches: &[Match]) -> f64 {
+    if matches.is_empty() {
+        return SCALE.1;
+    }
+    let mut absolute: Vec<f64> = matches.iter().map(|m| m.residual.abs()).collect();
+    let middle = absolute.len() / 2;
+    let (_, median, _) = absolute.select_nth_unstable_by(middle, f64::total_cmp);
+    (1.4826 * *median).clamp(SCALE.0, SCALE.1)
+}
+
+/// The Gauss-Newton step; directions that neither readings nor prior hold do not move.
+fn solve(normal: &Normal, prior: Option<&Prior>, pose: &Se2) -> Vector3<f64> {
+    let mut hessian = normal.hessian * INDEPENDENCE;
+    let mut gradient = normal.gradient * INDEPENDENCE;
+    if let Some(prior) = prior {
+        let e = pose.minus(&prior.pose);
+        let weight = (PRIOR_DOF + 3.0) / (PRIOR_DOF + prior.distance_sq(pose));
+        hessian += prior.information * weight;
+        gradient += prior.information * e * weight;
+    }
+    let damped = hessian + Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0)) * 1e-6;
+    let step = damped.cholesky().map_or_else(Vector3::zeros, |c| -c.solve(&gradient));
+    limit(step)
+}
+
+/// Keeps a step within what the linearisation can stand.
+fn limit(step: Vector3<f64>) -> Vector3<f64> {
+    let factor = (0.5 / step.xy().norm()).min(0.35 / step.z.abs()).min(1.0);
+    step * factor
+}
