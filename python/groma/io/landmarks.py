@@ -1,0 +1,80 @@
+"""The landmark map as JSON; the schema is told in docs/reference/outputs.md.
+
+Positions in metres and orientations in radians, in the frame `map`; covariances in square metres. Every number is the
+shortest text that reads back as the same number, and every landmark is one line.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from groma.errors import UserError
+from groma.io.atomic import write_bytes
+from groma.io.table import read_bytes
+from groma.mapping import Landmarks
+
+Pair = tuple[float, float]
+
+
+class _Landmark(msgspec.Struct):
+    type: Literal["corner"]
+    position: Pair
+    covariance: tuple[Pair, Pair]
+    orientation: float
+    seen: int
+    visible: int
+
+
+class _Units(msgspec.Struct):
+    length: Literal["m"] = "m"
+    angle: Literal["rad"] = "rad"
+
+
+class _File(msgspec.Struct):
+    version: Literal[1]
+    frame: Literal["map"]
+    units: _Units
+    landmarks: list[_Landmark]
+
+
+def write_landmarks(path: Path, landmarks: Landmarks) -> None:
+    """Write a landmark map."""
+    rows = [msgspec.json.encode(landmark) for landmark in _to_rows(landmarks)]
+    head = b'{"version":1,"frame":"map","units":' + msgspec.json.encode(_Units()) + b',"landmarks":[\n'
+    write_bytes(path, head + b",\n".join(rows) + b"\n]}\n")
+
+
+def read_landmarks(path: Path) -> Landmarks:
+    """Read a landmark map, plain or gzipped.
+
+    Raises
+    ------
+    UserError
+        When the file is not such a map, naming the place.
+    """
+    try:
+        rows = msgspec.json.decode(read_bytes(path), type=_File).landmarks
+    except msgspec.DecodeError as error:
+        raise UserError(f"{path}: not a landmark map: {error}") from error
+    return Landmarks(
+        np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
+        np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
+        np.array([row.orientation for row in rows], dtype=np.float64),
+        np.array([row.seen for row in rows], dtype=np.int64),
+        np.array([row.visible for row in rows], dtype=np.int64),
+    )
+
+
+def _to_rows(landmarks: Landmarks) -> list[_Landmark]:
+    values = (
+        landmarks.positions.tolist(),
+        landmarks.covariances.tolist(),
+        landmarks.orientations.tolist(),
+        landmarks.seen.tolist(),
+        landmarks.visible.tolist(),
+    )
+    return [_Landmark("corner", *row) for row in zip(*values, strict=True)]
