@@ -1,3 +1,5 @@
 """Types of the Rust core."""
 
 __version__: str
+
+def map_defaults() -> dict[str, object]: ...

@@ -1,0 +1,11 @@
+"""`groma config`: the defaults of every setting, as TOML that can be edited and given back."""
+
+from __future__ import annotations
+
+from groma import _core
+from groma.io.toml import to_toml
+
+
+def config() -> None:
+    """Print the defaults of `groma map` as TOML."""
+    print(to_toml({"map": _core.map_defaults()}), end="")
