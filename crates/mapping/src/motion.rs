@@ -1,0 +1,110 @@
+//! What is believed of the next pose before the scan is looked at.
+//!
+//! With odometry: the increment it reports, with standard deviations that grow with distance `d` and turn `a`
+//!
+//! ```text
+//! sigma_xy = q (0.01 m + 0.08 d + 0.03 m/rad a),   sigma_theta = q (0.3 deg + 1.5 deg/m d + 0.08 a)
+//! ```
+//!
+//! Without: the last velocity goes on, within what a wheeled vehicle can do in the time between two scans. In both
+//! cases the scale `q` is learned: it follows the innovations of the scans that were registered well, slowly, so that
+//! good wheels are trusted and bad ones are not, without a setting for either.
+
+use groma_geometry::Se2;
+use groma_registration::Prior;
+use nalgebra::{Matrix3, Vector3};
+
+/// Share of a new innovation in the running mean.
+const LEARNING: f64 = 0.03;
+/// Bounds of the learned variance factor.
+const FACTOR: (f64, f64) = (0.1, 30.0);
+/// Innovations beyond this squared multiple count as this much: one jump is no bad odometer.
+const MOST_SURPRISE: f64 = 9.0;
+/// What a vehicle's speed may change within a second [m/s, rad/s], and no more than this between scans [m, rad].
+const AGILITY: (f64, f64) = (0.6, 0.8);
+const MOST_CHANGE: (f64, f64) = (1.0, 0.8);
+
+/// The motion model with its learned scale.
+#[derive(Clone, Debug)]
+pub struct MotionModel {
+    factor: f64,
+}
+
+impl Default for MotionModel {
+    fn default() -> Self {
+        Self { factor: 1.0 }
+    }
+}
+
+impl MotionModel {
+    /// The expected pose after an odometry increment.
+    #[must_use]
+    pub fn from_odometry(&self, pose: &Se2, increment: &Se2) -> Prior {
+        Prior { pose: *pose * *increment, information: invert(&(increment_variances(increment) * self.factor)) }
+    }
+
+    /// The expected pose after `seconds` at `velocity` (body frame, per second).
+    #[must_use]
+    pub fn from_velocity(&self, pose: &Se2, velocity: Vector3<f64>, seconds: f64) -> Prior {
+        let xy = (AGILITY.0 * seconds).min(MOST_CHANGE.0) + 0.02;
+        let turn = (AGILITY.1 * seconds).min(MOST_CHANGE.1) + 0.01;
+        let variances = Vector3::new(xy * xy, xy * xy, turn * turn) * self.factor;
+        Prior { pose: pose.plus(velocity * seconds), information: invert(&variances) }
+    }
+
+    /// Learns from a pose that a scan confirmed.
+    pub fn learn(&mut self, prior: &Prior, pose: &Se2, information: &Matrix3<f64>) {
+        let Some(spread) = (information + Matrix3::identity() * 1e-3).try_inverse() else { return };
+        let Some(expected) = prior.information.try_inverse() else { return };
+        let e = pose.minus(&prior.pose);
+        // Per unit of the present factor: what the prior explains of the innovation.
+        let surprise = (0..3).map(|k| e[k] * e[k] / (expected[(k, k)] + spread[(k, k)])).sum::<f64>() / 3.0;
+        let target = self.factor * surprise.min(MOST_SURPRISE);
+        self.factor = (self.factor + LEARNING * (target - self.factor)).clamp(FACTOR.0, FACTOR.1);
+    }
+
+    /// The learned factor of the variances.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+}
+
+/// Variances `(x, y, theta)` of an odometry increment before scaling.
+fn increment_variances(increment: &Se2) -> Vector3<f64> {
+    let (d, a) = (increment.translation.norm(), increment.theta().abs());
+    let xy = 0.01 + 0.08 * d + 0.03 * a;
+    let turn = 0.005 + 0.026 * d + 0.08 * a;
+    Vector3::new(xy * xy, xy * xy, turn * turn)
+}
+
+fn invert(variances: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&variances.map(|v| 1.0 / v))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_odometry_is_trusted_less_and_good_more() {
+        let increment = Se2::new(0.2, 0.0, 0.0);
+        let sharp = Matrix3::identity() * 1e6;
+        for (error, trusted) in [(0.1, false), (0.002, true)] {
+            let mut model = MotionModel::default();
+            for _ in 0..300 {
+                let prior = model.from_odometry(&Se2::IDENTITY, &increment);
+                model.learn(&prior, &prior.pose.plus(Vector3::new(error, error, error)), &sharp);
+            }
+            assert_eq!(model.factor() < 1.0, trusted, "{}", model.factor());
+        }
+    }
+
+    #[test]
+    fn one_jump_changes_little() {
+        let mut model = MotionModel::default();
+        let prior = model.from_odometry(&Se2::IDENTITY, &Se2::IDENTITY);
+        model.learn(&prior, &Se2::new(5.0, 0.0, 2.0), &(Matrix3::identity() * 1e6));
+        assert!(model.factor() < 1.3);
+    }
+}

@@ -1,0 +1,250 @@
+//! The front end: every scan is registered to the local map of the last metres.
+//!
+//! Two local maps are under construction, the younger begun when the older was half full. Scans are registered to the
+//! older one, which holds between one and two halves of drive; when it is full it is finished, and the younger takes
+//! its place. So there is always a well-grown map to match to, none grows without bound, and successive local maps
+//! share half of their scans.
+//!
+//! A scan is first registered from the motion prior. If that fits badly, or the prior is too wide for it, a correlative search
+//! around the prior, around the last pose and around the constant-velocity pose gives further starts (odometry may
+//! stall and jump), and the alignment with the highest posterior wins.
+
+use crate::keyframe::Keyframe;
+use crate::motion::MotionModel;
+use groma_geometry::Se2;
+use groma_registration::{Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Window, align};
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+/// A new keyframe is due after this much motion [m], [rad].
+const KEYFRAME: (f64, f64) = (0.2, 0.17);
+/// Half a local map: at least this long [m] and this many keyframes, or that many however short.
+const HALF: (f64, usize, usize) = (4.0, 10, 50);
+/// A prior wider than this is searched [m], [rad].
+const WIDE: (f64, f64) = (0.25, 0.15);
+/// Share of the usual match below which a registration is doubted.
+const DOUBT: f64 = 0.8;
+/// Squared Mahalanobis distance from the prior beyond which a registration is doubted.
+const SURPRISE: f64 = 16.0;
+/// Cell [m] and levels of the search field; range of the points that enter it [m].
+const FIELD: (f64, usize, f64) = (0.1, 3, 30.0);
+/// Drift of registration to a local map that its own covariance does not tell: [m per sqrt m], [rad per sqrt m].
+const DRIFT: (f64, f64) = (0.01, 0.003);
+
+/// A local map under construction, in the frame of its anchor.
+#[derive(Clone, Debug)]
+pub struct Growing {
+    /// Pose of the anchor in the tracked frame.
+    pub anchor: Se2,
+    /// Index of its first keyframe.
+    pub first: usize,
+    /// Surface points.
+    pub surfaces: SurfaceMap,
+    /// Path driven since it was begun [m].
+    length: f64,
+}
+
+/// A local map that takes no more scans, and the keyframes it was built of.
+pub struct Finished {
+    /// The map.
+    pub map: Growing,
+    /// Indices of its keyframes.
+    pub keyframes: std::ops::Range<usize>,
+}
+
+/// What one scan told.
+pub struct Step {
+    /// Pose in the tracked frame.
+    pub pose: Se2,
+    /// The scan became this keyframe.
+    pub is_keyframe: bool,
+    /// A local map was finished.
+    pub finished: Option<Finished>,
+}
+
+/// The state of the front end.
+#[derive(Default)]
+pub struct Tracker {
+    model: MotionModel,
+    growing: Vec<Growing>,
+    pose: Option<Se2>,
+    stamp: f64,
+    velocity: Vector3<f64>,
+    /// Covariance gathered since the last keyframe.
+    since: Matrix3<f64>,
+    usual_share: f64,
+    last_keyframe: Option<(Se2, usize)>,
+}
+
+impl Tracker {
+    /// The twist of the vehicle as last seen (body frame, per second), for deskewing.
+    #[must_use]
+    pub fn velocity(&self) -> Vector3<f64> {
+        self.velocity
+    }
+
+    /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
+    pub fn step(&mut self, stamp: f64, view: PolarView, increment: Option<Se2>, keyframes: &mut Vec<Keyframe>) -> Step {
+        let Some(last) = self.pose else {
+            return self.begin(stamp, view, keyframes);
+        };
+        let seconds = stamp - self.stamp;
+        let prior = match increment {
+            Some(u) => self.model.from_odometry(&last, &u),
+            None => self.model.from_velocity(&last, self.velocity, seconds),
+        };
+        let found = self.register(&view.scan, &prior, &last, seconds);
+        let surprised = prior.distance_sq(&found.pose) > SURPRISE;
+        let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
+        if good {
+            self.model.learn(&prior, &found.pose, &found.information);
+            self.usual_share += 0.05 * (found.share - self.usual_share);
+        }
+        self.advance(stamp, &found, &prior, surprised && good);
+        self.keep(stamp, view, &found, surprised, keyframes)
+    }
+
+    fn begin(&mut self, stamp: f64, view: PolarView, keyframes: &mut Vec<Keyframe>) -> Step {
+        self.pose = Some(Se2::IDENTITY);
+        self.stamp = stamp;
+        self.usual_share = 0.7;
+        self.growing.push(Growing { anchor: Se2::IDENTITY, first: 0, surfaces: SurfaceMap::default(), length: 0.0 });
+        self.add_keyframe(stamp, view, Matrix3::zeros(), (0.0, 0.0), 1.0, false, keyframes);
+        Step { pose: Se2::IDENTITY, is_keyframe: true, finished: None }
+    }
+
+    /// The best alignment of the scan, in the tracked frame.
+    fn register(&self, scan: &SurfaceScan, prior: &Prior, last: &Se2, seconds: f64) -> Alignment {
+        let map = &self.growing[0];
+        let to_map = map.anchor.inverse();
+        let local = Prior { pose: to_map * prior.pose, information: prior.information };
+        let mut best = align(scan, &map.surfaces, local.pose, Some(&local));
+        let wide = prior.information[(0, 0)] < WIDE.0.powi(-2) || prior.information[(2, 2)] < WIDE.1.powi(-2);
+        let doubtful = best.share < DOUBT * self.usual_share || local.distance_sq(&best.pose) > SURPRISE;
+        if wide || doubtful {
+            let coasting = last.plus(self.velocity * seconds.min(2.0));
+            for start in self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior) {
+                let other = align(scan, &map.surfaces, start, Some(&local));
+                if other.cost < best.cost {
+                    best = other;
+                }
+            }
+        }
+        best.pose = map.anchor * best.pose;
+        best
+    }
+
+    /// Starts found by correlative search around each of `centers`.
+    fn search(&self, scan: &SurfaceScan, map: &Growing, centers: &[Se2], prior: &Prior) -> Vec<Se2> {
+        let sigma = |k: usize| prior.information[(k, k)].powf(-0.5);
+        let window = |center: &Se2| Window {
+            center: *center,
+            reach: (2.5 * sigma(0)).clamp(0.4, 1.5),
+            turn: (2.5 * sigma(2)).clamp(0.35, 1.0),
+        };
+        let near = |p: &&Vector2<f64>| (*p - centers[0].translation).norm() < FIELD.2;
+        let points: Vec<Vector2<f64>> = map.surfaces.points().iter().filter(near).copied().collect();
+        let field = CorrelativeField::new(&points, FIELD.0, FIELD.1);
+        let step = scan.points.len().div_ceil(120).max(1);
+        let seen: Vec<Vector2<f64>> = scan.points.iter().step_by(step).filter(|p| p.norm() < FIELD.2).copied().collect();
+        let mut starts: Vec<Se2> = Vec::new();
+        let mut done: Vec<Se2> = Vec::new();
+        for center in centers {
+            let covered = done.iter().any(|d| {
+                let e = d.between(center);
+                e.translation.norm() < 0.2 && e.theta().abs() < 0.15
+            });
+            if !covered {
+                done.push(*center);
+                starts.extend(field.search(&seen, &window(center), 0.2, 0.85).iter().take(4).map(|p| p.pose));
+            }
+        }
+        starts
+    }
+
+    fn advance(&mut self, stamp: f64, found: &Alignment, prior: &Prior, distrust: bool) {
+        let last = self.pose.unwrap_or(Se2::IDENTITY);
+        let moved = last.between(&found.pose);
+        let seconds = stamp - self.stamp;
+        if seconds > 0.0 {
+            self.velocity = moved.log() / seconds.max(0.02);
+        }
+        let believed = if distrust { prior.information * 0.01 } else { prior.information };
+        let spread = (found.information + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let d = moved.translation.norm() + 0.3 * moved.theta().abs();
+        let drift = Vector3::new(DRIFT.0 * DRIFT.0 * d, DRIFT.0 * DRIFT.0 * d, DRIFT.1 * DRIFT.1 * d);
+        let ad = moved.inverse().adjoint();
+        self.since = ad * self.since * ad.transpose() + spread + Matrix3::from_diagonal(&drift);
+        for map in &mut self.growing {
+            map.length += moved.translation.norm();
+        }
+        self.pose = Some(found.pose);
+        self.stamp = stamp;
+    }
+
+    fn keep(
+        &mut self,
+        stamp: f64,
+        view: PolarView,
+        found: &Alignment,
+        surprised: bool,
+        keyframes: &mut Vec<Keyframe>,
+    ) -> Step {
+        let Some((last, _)) = self.last_keyframe else {
+            return Step { pose: found.pose, is_keyframe: false, finished: None };
+        };
+        let moved = last.between(&found.pose);
+        if moved.translation.norm() < KEYFRAME.0 && moved.theta().abs() < KEYFRAME.1 {
+            return Step { pose: found.pose, is_keyframe: false, finished: None };
+        }
+        let since = self.since;
+        self.add_keyframe(stamp, view, since, weakest(&found.information), found.share, surprised, keyframes);
+        Step { pose: found.pose, is_keyframe: true, finished: self.turn_over(keyframes) }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn add_keyframe(
+        &mut self,
+        stamp: f64,
+        view: PolarView,
+        step: Matrix3<f64>,
+        weakest: (f64, f64),
+        share: f64,
+        surprised: bool,
+        keyframes: &mut Vec<Keyframe>,
+    ) {
+        let tracked = self.pose.unwrap_or(Se2::IDENTITY);
+        for map in &mut self.growing {
+            map.surfaces.insert(&view.scan, &map.anchor.between(&tracked));
+        }
+        self.since = Matrix3::zeros();
+        self.last_keyframe = Some((tracked, keyframes.len()));
+        keyframes.push(Keyframe { stamp, tracked, view, corners: Vec::new(), step, weakest, share, surprised });
+    }
+
+    /// Begins a local map at the last keyframe when the younger one is half full; finishes the older.
+    fn turn_over(&mut self, keyframes: &[Keyframe]) -> Option<Finished> {
+        let youngest = self.growing.last()?;
+        let count = keyframes.len() - youngest.first;
+        let half = (youngest.length >= HALF.0 && count >= HALF.1) || count >= HALF.2;
+        let anchor = keyframes.last().filter(|_| half)?;
+        let finished = (self.growing.len() > 1).then(|| self.growing.remove(0));
+        let mut surfaces = SurfaceMap::default();
+        surfaces.insert(&anchor.view.scan, &Se2::IDENTITY);
+        self.growing.push(Growing { anchor: anchor.tracked, first: keyframes.len() - 1, surfaces, length: 0.0 });
+        finished.map(|map| Finished { keyframes: map.first..keyframes.len(), map })
+    }
+
+    /// The local map that still grows when the drive ends; its younger one, which holds nothing else, is dropped.
+    pub fn finish(&mut self, keyframes: usize) -> Option<Finished> {
+        let map = std::mem::take(&mut self.growing).into_iter().next()?;
+        Some(Finished { keyframes: map.first..keyframes, map })
+    }
+}
+
+/// Standard deviation along the weakest direction of the position [m] and that direction [rad].
+fn weakest(information: &Matrix3<f64>) -> (f64, f64) {
+    let covariance = (information + Matrix3::identity() * 1e-2).try_inverse().unwrap_or_else(Matrix3::zeros);
+    let (a, b, c) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let largest = 0.5 * (a + c) + (0.5 * (a - c)).hypot(b);
+    (largest.max(0.0).sqrt(), 0.5 * (2.0 * b).atan2(a - c))
+}
