@@ -1,0 +1,89 @@
+"""Open a recording, whatever it is: the content decides, the suffix only helps.
+
+CARMEN logs, DP-SLAM logs, groma CSV (all plain or gzipped), ROS 1 bags, ROS 2 bags (folder, bare .mcap, bare .db3).
+What is none of these is refused in one line that says what it looks like.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
+from pathlib import Path
+from typing import Protocol
+
+from groma.errors import UserError
+from groma.io import carmen, dpslam
+from groma.io.foreign import looks_like
+from groma.io.notes import Notes
+from groma.io.streams import Stream
+from groma.io.text_lines import head
+from groma.models import Message
+
+_HEAD = 1 << 16
+
+
+class Recording(Protocol):
+    """Messages of one file or bag; may be read any number of times."""
+
+    @property
+    def path(self) -> Path:
+        """Where it lies."""
+
+    @property
+    def format(self) -> str:
+        """What it is, in words."""
+
+    @property
+    def notes(self) -> Notes:
+        """What the last pass skipped, and what was assumed."""
+
+    @property
+    def streams(self) -> tuple[Stream, ...]:
+        """What it carries that groma reads."""
+
+    def messages(self, streams: Collection[str] | None = None) -> Iterator[Message]:
+        """Yield messages in the order of the recording, one at a time.
+
+        Parameters
+        ----------
+        streams
+            Names of the streams wanted; others are not even decoded. All when None.
+        """
+
+
+def open_recording(path: Path | str) -> Recording:
+    """Open a recording of any format that groma reads.
+
+    Parameters
+    ----------
+    path
+        A file, plain or gzipped, or the folder of a ROS 2 bag.
+
+    Raises
+    ------
+    UserError
+        In one line, when there is nothing, or nothing that groma reads.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise UserError(f"{path}: no such file or folder")
+    if path.is_dir():
+        raise UserError(f"{path}: a folder that is no ROS 2 bag (no metadata.yaml in it)")
+    start = head(path, _HEAD)
+    for tags, reader in _TEXT_READERS:
+        if tags.search(start):
+            return reader(path)
+    raise UserError(f"{path}: not a recording but {looks_like(path, start)}; {_READS}")
+
+
+_READS = "groma reads CARMEN and DP-SLAM logs, ROS 1 and ROS 2 bags and its own CSV"
+
+
+def _first_word(tags: Iterable[str]) -> re.Pattern[bytes]:
+    return re.compile(rb"^[ \t]*(" + "|".join(tags).encode() + rb")[ \t]", re.MULTILINE)
+
+
+_TEXT_READERS: tuple[tuple[re.Pattern[bytes], Callable[[Path], Recording]], ...] = (
+    (_first_word(carmen.TAGS), carmen.CarmenRecording),
+    (_first_word(dpslam.TAGS), dpslam.DpSlamRecording),
+)
