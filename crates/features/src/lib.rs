@@ -1,1 +1,15 @@
-//! (crate under construction)
+//! Natural landmarks of laser scans: where they are, what they look like, which belong together.
+//!
+//! [`falko`] finds corners in one scan, [`bsc`] and [`cgh`] describe them, [`glarot`] tells which local maps look alike,
+//! [`association`] pairs the landmarks of two maps and finds the rigid motion between them.
+//!
+//! Source of the family: F. Kallasi, D. L. Rizzini, S. Caselli, "Fast keypoint features from laser scanner for robot
+//! localization and mapping", IEEE RA-L 1(1), 2016; "Efficient loop closure based on FALKO lidar features for online
+//! robot localization and mapping", IROS 2016.
+
+pub mod falko;
+mod keypoint;
+mod options;
+
+pub use keypoint::Keypoint;
+pub use options::InvalidOption;

@@ -1,0 +1,102 @@
+//! The corner between the beams: where the lines of its two arms meet, and how well that is known.
+//!
+//! Each line is the total-least-squares fit through the points of one arm and the beam's own point (so the own point
+//! is in both). With the mean c, the direction u along the larger axis of the scatter and the normal n:
+//!
+//! ```text
+//! lines:    n_k . x = n_k . c_k,     corner x = A^-1 b,   A = [n_1^T; n_2^T]
+//! noise:    s_k^2 = max( (sigma n_k . e)^2 , smaller eigenvalue of the scatter / (N_k - 2) ),  e the beam direction
+//! line at the corner:   v_k = s_k^2 (1/N_k + t_k^2 / S_k),   t_k = u_k . (x - c_k),  S_k the larger eigenvalue
+//! shared point:         v_12 = w_1 w_2 s_1 s_2 sign(n_1.e n_2.e),  w_k = 1/N_k + t_k (u_k . (p_i - c_k)) / S_k
+//! corner:   Cov = A^-1 [[v_1, v_12], [v_12, v_2]] A^-T
+//! beams:    + (rho d)^2 / 12 across the beam: the corner lies anywhere between two beams
+//! ```
+//!
+//! First order in the noise, for straight arms. The corner is the beam's own point where the lines are parallel
+//! (`|det A| <= 1e-7`) or meet 0.2 m away or more; its covariance is then that of the range along the beam and of the
+//! beam spacing across.
+
+use super::neighbourhood::{Arm, Arms};
+use nalgebra::{Matrix2, Vector2};
+
+/// Lines whose normals span less than this do not meet.
+const PARALLEL: f64 = 1e-7;
+/// A corner farther than this from its beam's point is none of it [m].
+const FARTHEST: f64 = 0.2;
+
+/// A corner relative to its beam's point, in the beam's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    pub offset: Vector2<f64>,
+    pub covariance: Matrix2<f64>,
+}
+
+/// The corner of a beam whose points have range noise `sigma` and lie `spacing` = rho d apart.
+pub(super) fn locate(arms: &Arms, sigma: f64, spacing: f64) -> Corner {
+    let (left, right) = (Line::fit(&arms.left), Line::fit(&arms.right));
+    meet(&left, &right, sigma, spacing).unwrap_or_else(|| on_beam(sigma, spacing))
+}
+
+/// The beam's own point.
+pub(super) fn on_beam(sigma: f64, spacing: f64) -> Corner {
+    Corner { offset: Vector2::zeros(), covariance: Matrix2::new(sigma * sigma, 0.0, 0.0, spacing * spacing / 12.0) }
+}
+
+/// Where two lines meet, near the origin.
+fn meet(a: &Line, b: &Line, sigma: f64, spacing: f64) -> Option<Corner> {
+    let det = a.normal.perp(&b.normal);
+    if det.abs() <= PARALLEL {
+        return None;
+    }
+    let inverse = Matrix2::new(b.normal.y, -a.normal.y, -b.normal.x, a.normal.x) / det;
+    let offset = inverse * Vector2::new(a.normal.dot(&a.mean), b.normal.dot(&b.mean));
+    let shared = a.own_weight(offset) * b.own_weight(offset) * a.noise(sigma) * b.noise(sigma);
+    let v_ab = shared * (a.normal.x * b.normal.x).signum();
+    let lines = Matrix2::new(a.variance(offset, sigma), v_ab, v_ab, b.variance(offset, sigma));
+    let beams = Matrix2::new(0.0, 0.0, 0.0, spacing * spacing / 12.0);
+    (offset.norm() < FARTHEST).then(|| Corner { offset, covariance: inverse * lines * inverse.transpose() + beams })
+}
+
+/// A total-least-squares line through an arm and the origin.
+struct Line {
+    mean: Vector2<f64>,
+    normal: Vector2<f64>,
+    points: f64,
+    /// Scatter across the line and along it [m^2].
+    across: f64,
+    along: f64,
+}
+
+impl Line {
+    fn fit(arm: &Arm) -> Self {
+        let points = arm.len() as f64 + 1.0;
+        let mean = Vector2::new(arm.x.iter().sum(), arm.y.iter().sum()) / points;
+        let centred = |(x, y): (&f64, &f64)| Vector2::new(x - mean.x, y - mean.y);
+        let moment = |d: Vector2<f64>| Vector2::new(d.x * d.x - d.y * d.y, 2.0 * d.x * d.y).push(d.norm_squared());
+        let m = arm.x.iter().zip(&arm.y).map(centred).map(moment).fold(moment(-mean), |sum, m| sum + m);
+        let (spread, angle) = (m.xy().norm(), 0.5 * m.y.atan2(m.x));
+        let (sin, cos) = angle.sin_cos();
+        let (across, along) = (0.5 * (m.z - spread).max(0.0), 0.5 * (m.z + spread));
+        Self { mean, normal: Vector2::new(-sin, cos), points, across, along }
+    }
+
+    /// Standard deviation of a point across the line: of the range noise, or of the points where that is more.
+    fn noise(&self, sigma: f64) -> f64 {
+        let scatter = if self.points > 2.0 { self.across / (self.points - 2.0) } else { 0.0 };
+        (sigma * self.normal.x).abs().max(scatter.sqrt())
+    }
+
+    /// By how much a shift of point `p` across the line shifts the line at `x`.
+    fn weight(&self, p: Vector2<f64>, x: Vector2<f64>) -> f64 {
+        1.0 / self.points + self.normal.perp(&(x - self.mean)) * self.normal.perp(&(p - self.mean)) / self.along
+    }
+
+    fn own_weight(&self, x: Vector2<f64>) -> f64 {
+        self.weight(Vector2::zeros(), x)
+    }
+
+    /// Variance of the line at `x`, across.
+    fn variance(&self, x: Vector2<f64>, sigma: f64) -> f64 {
+        self.noise(sigma).powi(2) * self.weight(x, x)
+    }
+}

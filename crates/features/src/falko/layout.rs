@@ -1,0 +1,88 @@
+//! How the beams of a scanner lie: the bearing step, whether the scan closes, how far a neighbourhood may reach.
+
+use groma_models::BeamGeometry;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Beams of one scanner as the detector sees them: in index order, `step` apart.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    /// Beams in use: all, or one turn of them where the last repeat the first.
+    pub beams: usize,
+    /// Whether beam 0 follows the last one.
+    pub closed: bool,
+    /// Bearing step, positive [rad].
+    pub step: f64,
+    /// +1 where bearings grow with the index, -1 where they fall.
+    pub turn: f64,
+    /// `cos(k step)` and `sin(k step)`, k = 0 to a quarter turn or to the last beam.
+    pub cos: Vec<f64>,
+    pub sin: Vec<f64>,
+}
+
+impl Layout {
+    /// A scanner without a usable bearing step has no beams.
+    pub fn new(geometry: &BeamGeometry, beams: usize) -> Self {
+        let step = geometry.angle_increment.abs();
+        if !(step > 0.0 && step < FRAC_PI_2) {
+            return Self { beams: 0, closed: false, step: 1.0, turn: 1.0, cos: vec![1.0], sin: vec![0.0] };
+        }
+        // One missing beam does not open a turn: many drivers round the step or leave the last beam out.
+        let closed = (beams as f64 + 1.0) * step > TAU;
+        let beams = if closed { beams.min((TAU / step).round() as usize) } else { beams };
+        let reach = ((FRAC_PI_2 / step) as usize + 1).min(beams.saturating_sub(1));
+        let (sin, cos) = (0..=reach).map(|k| (k as f64 * step).sin_cos()).unzip();
+        Self { beams, closed, step, turn: geometry.angle_increment.signum(), cos, sin }
+    }
+
+    /// Most beams between a corner and its neighbour: within a quarter turn, as a radius is below the range.
+    pub fn reach(&self) -> usize {
+        self.cos.len() - 1
+    }
+
+    /// A bound of the index distance of a neighbour at `ratio` = radius / range: `asin(z) <= 1.16 z` for z <= 0.8.
+    pub fn reach_at(&self, ratio: f64) -> usize {
+        let slope = if ratio <= 0.8 { 1.16 } else { FRAC_PI_2 };
+        ((ratio * slope / self.step) as usize + 1).min(self.reach())
+    }
+}
+
+/// The ranges of a scan with a margin of `reach` on both sides: the far end of a closed scan, NaN of an open one.
+///
+/// What is no hit is NaN, so that every comparison with it fails.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PaddedRanges {
+    values: Vec<f64>,
+    margin: usize,
+}
+
+impl PaddedRanges {
+    /// Take over the hits of a scan; beams the scan lacks are no hits.
+    pub fn load(&mut self, ranges: &[f64], geometry: &BeamGeometry, layout: &Layout, extra: usize) {
+        let (n, margin) = (layout.beams, layout.reach());
+        self.margin = margin;
+        self.values.clear();
+        self.values.resize(n + 2 * margin + extra, f64::NAN);
+        for (value, &range) in self.values[margin..margin + n].iter_mut().zip(ranges) {
+            *value = if geometry.is_hit(range) { range } else { f64::NAN };
+        }
+        if layout.closed {
+            self.values.copy_within(n..n + margin, 0);
+            self.values.copy_within(margin..2 * margin, margin + n);
+        }
+    }
+
+    /// Beam 0 and all after it, margin included.
+    pub fn at_and_after(&self, i: usize) -> &[f64] {
+        &self.values[self.margin + i..]
+    }
+
+    /// All before beam `i`, margin included.
+    pub fn before(&self, i: usize) -> &[f64] {
+        &self.values[..self.margin + i]
+    }
+
+    /// Range of beam `i`.
+    pub fn at(&self, i: usize) -> f64 {
+        self.values[self.margin + i]
+    }
+}
