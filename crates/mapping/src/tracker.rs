@@ -145,7 +145,8 @@ impl Tracker {
         let points: Vec<Vector2<f64>> = map.surfaces.points().iter().filter(near).copied().collect();
         let field = CorrelativeField::new(&points, FIELD.0, FIELD.1);
         let step = scan.points.len().div_ceil(120).max(1);
-        let seen: Vec<Vector2<f64>> = scan.points.iter().step_by(step).filter(|p| p.norm() < FIELD.2).copied().collect();
+        let seen: Vec<Vector2<f64>> =
+            scan.points.iter().step_by(step).filter(|p| p.norm() < FIELD.2).copied().collect();
         let mut starts: Vec<Se2> = Vec::new();
         let mut done: Vec<Se2> = Vec::new();
         for center in centers {

@@ -1,0 +1,276 @@
+//! Loop closure: which local maps show the same place, and where that puts them.
+//!
+//! For a local map, earlier ones are candidates when the graph says that they may overlap (the window of search follows
+//! from the covariance along the best path), or when their corner signatures look alike (GLAROT), however far away the
+//! graph believes them. A candidate becomes a closure when
+//!
+//! 1. registration and the views of both maps agree on it ([`check`](crate::verify::check)),
+//! 2. nothing else in the window of search does: the place is not ambiguous,
+//! 3. it holds all directions (a bare corridor slides), or those it does not hold were certain before,
+//! 4. it lies within the uncertainty of the graph,
+//! 5. and, where the search could not be exhaustive because the graph was too uncertain, a neighbouring local map says
+//!    the same.
+//!
+//! All closures then enter a pose graph of local maps with a robust cost; one that the others contradict is rejected.
+//! Online, [`Closer::close`] runs at each finished local map and sees only the past; offline, [`Closer::revisit`] then
+//! goes over all pairs again with what has been learned, until nothing new is found.
+
+use crate::keyframe::Keyframe;
+use crate::local_map::LocalMap;
+use crate::pose_graph::{Edge, Options, PoseGraph};
+use crate::uncertainty::{Link, from_source};
+use crate::verify::{Check, check};
+use groma_geometry::Se2;
+use groma_registration::Window;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Local maps this close in the sequence share scans: nothing to close.
+const LEAST_GAP: usize = 3;
+/// Paths farther apart than this, beyond the uncertainty, are no candidates [m].
+const NEAR: f64 = 5.0;
+/// Candidates tried for one local map.
+const MOST_CANDIDATES: usize = 8;
+/// The search window [m]: least, and largest that is searched exhaustively; and [rad].
+const REACH: (f64, f64) = (0.4, 10.0);
+const TURN: (f64, f64) = (0.12, std::f64::consts::PI);
+/// Within this no search is needed, registration finds its way [m], [rad].
+const DIRECT: (f64, f64) = (0.4, 0.12);
+/// Least score of a peak, and share of the best that another must reach to be looked at.
+const PEAK: (f64, f64) = (0.3, 0.85);
+const MOST_PEAKS: usize = 4;
+/// Least overlap, share on surfaces and common view of a closure.
+const LEAST: (f64, f64, f64) = (0.85, 0.35, 0.3);
+/// Another pose in the window whose overlap comes this close makes it ambiguous.
+const RIVAL: f64 = 0.05;
+/// Standard deviation along the weakest direction beyond which a closure slides [m].
+const SLIDES: f64 = 0.1;
+/// Squared Mahalanobis distance within which a closure must lie of what the graph believed (99.9 %, inflated).
+const GATE: f64 = 16.27 * 4.0;
+/// Covariance that a closure has at least: local maps bend [m], [rad].
+const FLOOR: (f64, f64) = (0.03, 0.004);
+
+/// What became of a candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is part of the graph.
+    Accepted,
+    /// The views disagree.
+    NoOverlap,
+    /// It fits in two places.
+    Ambiguous,
+    /// Nothing holds it along a direction that was not known before.
+    Slides,
+    /// It lies beyond the uncertainty of the graph.
+    Implausible,
+    /// The other closures contradict it.
+    Contradicted,
+}
+
+/// A verified or rejected candidate.
+#[derive(Clone, Debug)]
+pub struct Closure {
+    /// Local map a.
+    pub from: usize,
+    /// Local map b, later than a.
+    pub to: usize,
+    /// What was found.
+    pub check: Check,
+    /// `T_a_b` as the graph had it.
+    pub predicted: Se2,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+/// The local maps, their poses and what ties them together.
+#[derive(Default)]
+pub struct Closer {
+    /// Local maps in order of time.
+    pub maps: Vec<LocalMap>,
+    /// `T_map_anchor`.
+    pub poses: Vec<Se2>,
+    /// Everything that was verified.
+    pub closures: Vec<Closure>,
+    tried: BTreeSet<(usize, usize)>,
+}
+
+/// A pair to look at.
+struct Candidate {
+    a: usize,
+    b: usize,
+    predicted: Se2,
+    covariance: Matrix3<f64>,
+    distance: f64,
+}
+
+impl Closer {
+    /// Appends a local map; the one before must already be linked to it.
+    pub fn add(&mut self, map: LocalMap) {
+        let pose = match (self.poses.last(), self.maps.last().and_then(|m| m.next)) {
+            (Some(last), Some((step, _))) => *last * step,
+            _ => map.anchor,
+        };
+        self.maps.push(map);
+        self.poses.push(pose);
+    }
+
+    /// Looks for closures of local map `b` with those before it; returns how many were accepted.
+    pub fn close(&mut self, b: usize, keyframes: &[Keyframe]) -> usize {
+        let candidates = self.candidates(b);
+        let found: Vec<Option<Closure>> = candidates.par_iter().map(|c| self.examine(c, keyframes)).collect();
+        self.tried.extend(candidates.iter().map(|c| (c.a, c.b)));
+        let before = self.closures.len();
+        self.closures.extend(found.into_iter().flatten());
+        let accepted = self.closures[before..].iter().filter(|c| c.verdict == Verdict::Accepted).count();
+        if accepted > 0 {
+            self.optimize();
+        }
+        accepted
+    }
+
+    /// Goes over all pairs again, until nothing new is found.
+    pub fn revisit(&mut self, keyframes: &[Keyframe]) {
+        for _ in 0..4 {
+            self.closures.retain(|c| c.verdict == Verdict::Accepted);
+            let held: BTreeSet<_> = self.closures.iter().map(|c| (c.from, c.to)).collect();
+            self.tried = held;
+            let mut news = 0;
+            for b in 0..self.maps.len() {
+                news += self.close(b, keyframes);
+            }
+            if news == 0 {
+                break;
+            }
+        }
+    }
+
+    /// Earlier maps that may overlap map `b`, nearest first.
+    fn candidates(&self, b: usize) -> Vec<Candidate> {
+        let spread = from_source(self.maps.len(), &self.links(), b);
+        let mut all: Vec<Candidate> = (0..b.saturating_sub(LEAST_GAP - 1))
+            .filter(|a| !self.tried.contains(&(*a, b)))
+            .filter_map(|a| {
+                let predicted = self.poses[a].between(&self.poses[b]);
+                let ad = predicted.inverse().adjoint();
+                let covariance = ad * spread[a]? * ad.transpose();
+                let sigma = (covariance[(0, 0)] + covariance[(1, 1)]).sqrt();
+                let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - 2.0 * sigma;
+                (distance < NEAR && 3.0 * sigma < REACH.1 * 1.5).then_some(Candidate {
+                    a,
+                    b,
+                    predicted,
+                    covariance,
+                    distance,
+                })
+            })
+            .collect();
+        all.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
+        all.truncate(MOST_CANDIDATES);
+        all
+    }
+
+    fn links(&self) -> Vec<Link> {
+        let steps = self.maps.iter().enumerate().filter_map(|(k, m)| {
+            let (pose, covariance) = m.next?;
+            (k + 1 < self.maps.len()).then_some(Link { from: k, to: k + 1, pose, covariance })
+        });
+        let closed = self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).map(|c| Link {
+            from: c.from,
+            to: c.to,
+            pose: c.check.pose,
+            covariance: invert(&floored(&c.check.information)),
+        });
+        steps.chain(closed).collect()
+    }
+
+    /// Searches, verifies and judges a candidate; `None` when not even a peak was found.
+    fn examine(&self, c: &Candidate, keyframes: &[Keyframe]) -> Option<Closure> {
+        let (a, b) = (&self.maps[c.a], &self.maps[c.b]);
+        let p = &c.covariance;
+        let reach = (3.0 * (p[(0, 0)] + p[(1, 1)]).sqrt()).clamp(REACH.0, REACH.1);
+        let turn = (3.0 * p[(2, 2)].sqrt()).clamp(TURN.0, TURN.1);
+        let starts = if reach <= DIRECT.0 && turn <= DIRECT.1 {
+            vec![c.predicted]
+        } else {
+            let window = Window { center: c.predicted, reach, turn };
+            let points: Vec<_> = b.sample.points.iter().step_by(2).copied().collect();
+            let peaks = a.field().search(&points, &window, PEAK.0, PEAK.1);
+            peaks.iter().take(MOST_PEAKS).map(|p| p.pose).collect()
+        };
+        let mut checks: Vec<Check> = starts.iter().map(|s| check(a, b, *s, keyframes)).collect();
+        checks.sort_by(|x, y| y.overlap.total_cmp(&x.overlap));
+        let best = checks.first()?.clone();
+        let verdict = judge(&best, &checks[1..], c);
+        Some(Closure { from: c.a, to: c.b, check: best, predicted: c.predicted, verdict })
+    }
+
+    /// Arranges the local maps; closures that the others contradict are rejected.
+    fn optimize(&mut self) {
+        let (graph, held) = self.graph();
+        let Ok(solution) = graph.optimize(&Options::default()) else { return };
+        self.poses = solution.nodes;
+        let steps = graph.edges.len() - held.len();
+        for (k, index) in held.iter().enumerate() {
+            if solution.weights[steps + k] < 0.5 {
+                self.closures[*index].verdict = Verdict::Contradicted;
+            }
+        }
+    }
+
+    /// The graph of local maps, and the closures behind its last edges.
+    fn graph(&self) -> (PoseGraph, Vec<usize>) {
+        let mut edges: Vec<Edge> = Vec::new();
+        for (k, map) in self.maps.iter().enumerate().take(self.maps.len().saturating_sub(1)) {
+            if let Some((pose, covariance)) = &map.next {
+                edges.push(Edge {
+                    from: k,
+                    to: k + 1,
+                    measurement: *pose,
+                    information: invert(covariance),
+                    robust: false,
+                });
+            }
+        }
+        let mut held = Vec::new();
+        for (index, c) in self.closures.iter().enumerate().filter(|(_, c)| c.verdict == Verdict::Accepted) {
+            let information = floored(&c.check.information);
+            edges.push(Edge { from: c.from, to: c.to, measurement: c.check.pose, information, robust: true });
+            held.push(index);
+        }
+        (PoseGraph { nodes: self.poses.clone(), edges }, held)
+    }
+}
+
+fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
+    if best.overlap < LEAST.0 || best.share < LEAST.1 || best.common < LEAST.2 {
+        return Verdict::NoOverlap;
+    }
+    let elsewhere = |o: &&Check| {
+        let d = best.pose.between(&o.pose);
+        d.translation.norm() > 0.3 || d.theta().abs() > 0.1
+    };
+    if others.iter().filter(elsewhere).any(|o| o.overlap > best.overlap - RIVAL && o.share > best.share * 0.85) {
+        return Verdict::Ambiguous;
+    }
+    let e = best.pose.minus(&c.predicted);
+    let spread = c.covariance + invert(&floored(&best.information));
+    if e.dot(&(invert(&spread) * e)) > GATE {
+        return Verdict::Implausible;
+    }
+    let known = invert(&(best.information + invert(&c.covariance)));
+    if (known[(0, 0)] + known[(1, 1)]).sqrt() > SLIDES {
+        return Verdict::Slides;
+    }
+    Verdict::Accepted
+}
+
+/// The information of a closure with the least covariance added.
+fn floored(information: &Matrix3<f64>) -> Matrix3<f64> {
+    let floor = nalgebra::Vector3::new(FLOOR.0 * FLOOR.0, FLOOR.0 * FLOOR.0, FLOOR.1 * FLOOR.1);
+    invert(&(invert(&(information + Matrix3::identity() * 1e-3)) + Matrix3::from_diagonal(&floor)))
+}
+
+fn invert(m: &Matrix3<f64>) -> Matrix3<f64> {
+    m.try_inverse().unwrap_or_else(Matrix3::zeros)
+}

@@ -1,0 +1,121 @@
+//! A finished local map: the surfaces and corners of some metres of drive in the frame of its first keyframe.
+
+use crate::keyframe::Keyframe;
+use crate::tracker::Finished;
+use groma_geometry::Se2;
+use groma_registration::{CorrelativeField, SurfaceMap, SurfaceScan};
+use nalgebra::{Matrix3, Vector2};
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// Cell [m] and levels of the search field; the field covers surfaces up to this far from the path [m].
+const FIELD: (f64, usize, f64) = (0.1, 5, 25.0);
+/// Points that stand for a map when it is matched to another.
+const SAMPLE: usize = 500;
+/// Views that are asked what they see of another map.
+const VIEWS: usize = 12;
+/// Corners of two scans within this distance are one [m].
+const SAME_CORNER: f64 = 0.2;
+/// A corner counts when this many scans saw it.
+const LEAST_SEEN: usize = 2;
+
+/// Surfaces and corners of a stretch of drive.
+pub struct LocalMap {
+    /// Its keyframes; the first is the anchor.
+    pub keyframes: Range<usize>,
+    /// Pose of the anchor in the tracked frame.
+    pub anchor: Se2,
+    /// Surfaces in the anchor frame.
+    pub surfaces: SurfaceMap,
+    /// Some of the surface points: what is matched to other maps.
+    pub sample: SurfaceScan,
+    /// Positions of the vehicle in the anchor frame.
+    pub path: Vec<Vector2<f64>>,
+    /// Keyframes that represent what was seen, with their poses in the anchor frame.
+    pub views: Vec<(usize, Se2)>,
+    /// Corners in the anchor frame.
+    pub corners: Vec<Vector2<f64>>,
+    /// Measured pose of the next map's anchor in this one's frame, and its covariance; none for the last.
+    pub next: Option<(Se2, Matrix3<f64>)>,
+    field: OnceLock<CorrelativeField>,
+}
+
+impl LocalMap {
+    /// From what the tracker finished.
+    #[must_use]
+    pub fn new(finished: Finished, keyframes: &[Keyframe]) -> Self {
+        let range = finished.keyframes.clone();
+        let anchor = finished.map.anchor;
+        let pose = |k: usize| anchor.between(&keyframes[k].tracked);
+        let corners = corners(range.clone(), keyframes, &pose);
+        let step = range.len().div_ceil(VIEWS).max(1);
+        Self {
+            anchor,
+            sample: finished.map.surfaces.sample(SAMPLE),
+            surfaces: finished.map.surfaces,
+            path: range.clone().map(|k| pose(k).translation).collect(),
+            views: range.clone().step_by(step).map(|k| (k, pose(k))).collect(),
+            corners,
+            keyframes: range,
+            next: None,
+            field: OnceLock::new(),
+        }
+    }
+
+    /// The search field, made when first asked for.
+    pub fn field(&self) -> &CorrelativeField {
+        self.field.get_or_init(|| {
+            let reach_sq = FIELD.2 * FIELD.2;
+            let near = |p: &&Vector2<f64>| self.path.iter().step_by(4).any(|q| (*p - q).norm_squared() < reach_sq);
+            let points: Vec<_> = self.surfaces.points().iter().filter(near).copied().collect();
+            CorrelativeField::new(&points, FIELD.0, FIELD.1)
+        })
+    }
+
+    /// Drops the search field, to be made again when asked for.
+    pub fn forget_field(&mut self) {
+        self.field = OnceLock::new();
+    }
+
+    /// Smallest distance between the paths of two maps, `other` placed at `t_self_other` [m].
+    #[must_use]
+    pub fn path_distance(&self, other: &Self, t_self_other: &Se2) -> f64 {
+        let mut best = f64::INFINITY;
+        for p in other.path.iter().step_by(2) {
+            let p = t_self_other.act(*p);
+            for q in self.path.iter().step_by(2) {
+                best = best.min((p - q).norm_squared());
+            }
+        }
+        best.sqrt()
+    }
+}
+
+/// Measures the step from the anchor of `a` to that of `b`: the tracked poses, their step covariances composed.
+pub fn link(a: &mut LocalMap, b: &LocalMap, keyframes: &[Keyframe]) {
+    let mut covariance = Matrix3::zeros();
+    for k in a.keyframes.start + 1..=b.keyframes.start {
+        let ad = keyframes[k].tracked.between(&keyframes[k - 1].tracked).adjoint();
+        covariance = ad * covariance * ad.transpose() + keyframes[k].step;
+    }
+    a.next = Some((a.anchor.between(&b.anchor), covariance));
+}
+
+/// Corners that at least `LEAST_SEEN` scans saw, averaged.
+fn corners(range: Range<usize>, keyframes: &[Keyframe], pose: &impl Fn(usize) -> Se2) -> Vec<Vector2<f64>> {
+    let mut found: Vec<(Vector2<f64>, usize)> = Vec::new();
+    for k in range {
+        let at = pose(k);
+        for corner in &keyframes[k].corners {
+            let p = at.act(corner.point);
+            match found.iter_mut().find(|(q, n)| (*q / *n as f64 - p).norm_squared() < SAME_CORNER * SAME_CORNER) {
+                Some((sum, n)) => {
+                    *sum += p;
+                    *n += 1;
+                }
+                None => found.push((p, 1)),
+            }
+        }
+    }
+    found.iter().filter(|(_, n)| *n >= LEAST_SEEN).map(|(sum, n)| sum / *n as f64).collect()
+}
