@@ -25,6 +25,8 @@ class Notes:
     """The first malformed records: ``file:line: reason``."""
     beams: Counter[str] = field(default_factory=Counter)
     """Readings that are no range, by reason."""
+    angle_max_excess: dict[str, float] = field(default_factory=dict)
+    """By stream: how many beams too many (or too few) ``angle_max`` counts, where it is more than half a beam."""
     cut: str = ""
     """Where and why reading ended early; empty when the file was read to its end."""
 
@@ -54,6 +56,7 @@ class Notes:
     def lines(self) -> list[str]:
         """Return everything as sentences, in a fixed order."""
         told = list(self.assumptions)
+        told.extend(f"{stream}: {fence_post(excess)}" for stream, excess in self.angle_max_excess.items())
         if self.cut:
             told.append(self.cut)
         if self.skipped:
@@ -66,3 +69,11 @@ class Notes:
             told.append(f"malformed and left out: {self.malformed}")
             told.extend(f"  {example}" for example in self.examples)
         return told
+
+
+def fence_post(excess: float) -> str:
+    """Say in words what a wrong ``angle_max`` counts."""
+    count = abs(round(excess, 1))
+    beams = "one beam" if count == 1 else f"{count:g} beams"
+    direction = "too many" if excess > 0 else "too few"
+    return f"angle_max counts {beams} {direction}; beams are counted from angle_min, so this does no harm here"

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 from groma.errors import UserError
-from groma.io import carmen, dpslam
+from groma.io import bag1, carmen, db3, dpslam, mcap
 from groma.io.foreign import looks_like
 from groma.io.notes import Notes
 from groma.io.streams import Stream
@@ -68,14 +68,23 @@ def open_recording(path: Path | str) -> Recording:
     if not path.exists():
         raise UserError(f"{path}: no such file or folder")
     if path.is_dir():
-        raise UserError(f"{path}: a folder that is no ROS 2 bag (no metadata.yaml in it)")
+        return _open_bag(path)
     start = head(path, _HEAD)
+    if start.startswith(_BAG_MAGICS):
+        return _open_bag(path)
     for tags, reader in _TEXT_READERS:
         if tags.search(start):
             return reader(path)
     raise UserError(f"{path}: not a recording but {looks_like(path, start)}; {_READS}")
 
 
+def _open_bag(path: Path) -> Recording:
+    from groma.io.rosbag import open_bag  # half a second of type definitions that text logs do not need
+
+    return open_bag(path)
+
+
+_BAG_MAGICS = (bag1.MAGIC, mcap.MAGIC, db3.MAGIC)
 _READS = "groma reads CARMEN and DP-SLAM logs, ROS 1 and ROS 2 bags and its own CSV"
 
 
