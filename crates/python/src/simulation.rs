@@ -1,0 +1,100 @@
+//! Simulated recordings: a scenario as JSON in, arrays out.
+
+use groma_geometry::Se2;
+use groma_simulation::world::Shape;
+use groma_simulation::{Scenario, Simulated, simulate};
+use numpy::ndarray::{Array1, Array2};
+use numpy::{PyArray1, PyArray2, ToPyArray};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A simulated recording and its truth, as arrays.
+#[pyclass(frozen, get_all, module = "groma._core")]
+struct SimulatedArrays {
+    scan_stamps: Py<PyArray1<f64>>,
+    scan_poses: Py<PyArray2<f64>>,
+    ranges: Py<PyArray2<f64>>,
+    intensities: Py<PyArray2<f64>>,
+    odometry_stamps: Py<PyArray1<f64>>,
+    odometry: Py<PyArray2<f64>>,
+    joint_names: (String, String),
+    joints: Py<PyArray2<f64>>,
+    truth: Py<PyArray2<f64>>,
+    stalls: Py<PyArray2<f64>>,
+    segments: Py<PyArray2<f64>>,
+    circles: Py<PyArray2<f64>>,
+}
+
+/// Adds the functions of this file to the module.
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<SimulatedArrays>()?;
+    m.add_function(wrap_pyfunction!(simulation_scenes, m)?)?;
+    m.add_function(wrap_pyfunction!(simulation_scenario, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate_scenario, m)?)
+}
+
+#[pyfunction]
+fn simulation_scenes() -> Vec<&'static str> {
+    groma_simulation::scenario::SCENES.to_vec()
+}
+
+#[pyfunction]
+fn simulation_scenario(scene: &str, seed: u64) -> PyResult<String> {
+    let scenario = Scenario::named(scene, seed).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    serde_json::to_string(&scenario).map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
+#[pyfunction]
+fn simulate_scenario(py: Python<'_>, scenario: &str) -> PyResult<SimulatedArrays> {
+    let scenario: Scenario = serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let simulated = py.detach(|| simulate(&scenario)).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(arrays(py, &scenario, &simulated))
+}
+
+fn arrays(py: Python<'_>, scenario: &Scenario, simulated: &Simulated) -> SimulatedArrays {
+    let [first, second] = scenario.vehicle.joint_names();
+    let scans = &simulated.scans;
+    let beams = scenario.scanner.beams;
+    let (segments, circles) = surfaces(simulated);
+    SimulatedArrays {
+        scan_stamps: column(py, scans.iter().map(|scan| scan.stamp)),
+        scan_poses: poses(py, simulated.scan_poses.iter()),
+        ranges: rows(py, beams, scans.iter().flat_map(|scan| scan.ranges.iter().copied())),
+        intensities: rows(py, beams, scans.iter().flat_map(|scan| scan.intensities.iter().copied())),
+        odometry_stamps: column(py, simulated.odometry.iter().map(|reading| reading.stamp)),
+        odometry: poses(py, simulated.odometry.iter().map(|reading| &reading.pose)),
+        joint_names: (first.to_owned(), second.to_owned()),
+        joints: rows(py, 2, simulated.joints.iter().flatten().copied()),
+        truth: poses(py, simulated.truth.iter()),
+        stalls: rows(py, 2, simulated.stalls.iter().flat_map(|s| [scenario.start + s.start, s.duration])),
+        segments: rows(py, 5, segments.into_iter()),
+        circles: rows(py, 4, circles.into_iter()),
+    }
+}
+
+/// Segments as `(x, y, x, y, reflectivity)`, circles as `(x, y, radius, reflectivity)`, one after the other.
+fn surfaces(simulated: &Simulated) -> (Vec<f64>, Vec<f64>) {
+    let (mut segments, mut circles) = (vec![], vec![]);
+    for surface in &simulated.world.surfaces {
+        match surface.shape {
+            Shape::Segment { a, b } => segments.extend([a.x, a.y, b.x, b.y, surface.reflectivity]),
+            Shape::Circle { center, radius } => circles.extend([center.x, center.y, radius, surface.reflectivity]),
+        }
+    }
+    (segments, circles)
+}
+
+fn column(py: Python<'_>, values: impl Iterator<Item = f64>) -> Py<PyArray1<f64>> {
+    Array1::from_iter(values).to_pyarray(py).unbind()
+}
+
+fn poses<'a>(py: Python<'_>, poses: impl Iterator<Item = &'a Se2>) -> Py<PyArray2<f64>> {
+    rows(py, 3, poses.flat_map(|pose| [pose.x(), pose.y(), pose.theta()]))
+}
+
+fn rows(py: Python<'_>, width: usize, values: impl Iterator<Item = f64>) -> Py<PyArray2<f64>> {
+    let values: Vec<f64> = values.collect();
+    let mut table = Array2::zeros((values.len() / width, width));
+    table.iter_mut().zip(values).for_each(|(cell, value)| *cell = value);
+    table.to_pyarray(py).unbind()
+}

@@ -1,0 +1,58 @@
+"""`groma simulate`: a recording of a building that does not exist, with the truth beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from cyclopts import Parameter
+
+from groma.errors import UserError
+from groma.io.recording import write_recording
+from groma.io.trajectory import write_tum
+from groma.simulation import Simulated, scenario, true_relations, write_relations
+from groma.simulation import simulate as run
+
+Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns"]
+_SUFFIXES = (".csv.gz", ".csv", ".mcap")
+
+
+def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")], seed: int = 1) -> None:
+    """Simulate a drive: writes FILE, FILE-truth.tum and FILE.relations (FILE without its suffix).
+
+    groma simulate rooms -o rooms.mcap
+
+    Parameters
+    ----------
+    scene
+        rooms: an office floor, a scan every 0.2 s. warehouse: racks, pallets, reflectors, a tricycle, moving sweeps.
+        loop: 2 km of corridor, a scan every 2 s, odometry that ends 30 m off. stalls: rooms, with odometry that
+        stands still for a second and then jumps. turns: rooms, with turns of 40 degrees and more between scans.
+    output
+        Recording to write: .csv, .csv.gz or .mcap.
+    seed
+        Draws the building and all noise.
+    """
+    stem = _stem(output)
+    if seed < 0:
+        raise UserError(f"--seed {seed}: must be at least 0")
+    simulated = run(scenario(scene, seed))
+    write_recording(output, simulated)
+    write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.stamps, simulated.truth)
+    relations = true_relations(simulated.scan_stamps, simulated.scan_truth)
+    write_relations(stem.with_name(stem.name + ".relations"), relations)
+    print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {seed}")
+
+
+def _stem(output: Path) -> Path:
+    for suffix in _SUFFIXES:
+        if output.name.endswith(suffix) and output.name != suffix:
+            return output.with_name(output.name.removesuffix(suffix))
+    raise UserError(f"{output}: the name must end in one of {', '.join(_SUFFIXES)}")
+
+
+def _summary(simulated: Simulated) -> str:
+    steps = np.diff(simulated.truth[:, :2], axis=0)
+    length, time = np.hypot(*steps.T).sum(), simulated.stamps[-1] - simulated.stamps[0]
+    return f"{len(simulated.scan_stamps)} scans, {length:.0f} m in {time:.0f} s"
