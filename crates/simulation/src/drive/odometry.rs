@@ -41,10 +41,10 @@ pub struct WheelErrors {
 impl Default for WheelErrors {
     fn default() -> Self {
         Self {
-            radius: [0.004, -0.002],
-            base: 0.015,
-            steering: 0.003,
-            slip: 0.01,
+            radius: [0.0002, -0.0002],
+            base: 0.01,
+            steering: 0.001,
+            slip: 0.002,
             encoder_step: std::f64::consts::TAU / 4096.0,
             final_error: None,
         }
