@@ -8,7 +8,10 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from groma.errors import UserError
 
@@ -28,11 +31,8 @@ def write_bytes(path: Path, data: bytes) -> None:
     UserError
         When the directory is missing, not writable or full; what was there before is untouched.
     """
-    try:
-        _write_beside(path, data)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise UserError(f"{path}: cannot be written ({reason}): free the place or choose another with -o") from error
+    with replacing(path) as file:
+        file.write(data)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -40,11 +40,29 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
-def _write_beside(path: Path, data: bytes) -> None:
+@contextmanager
+def replacing(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file to be written piece by piece; it takes its place when the block ends, and vanishes when it fails.
+
+    Raises
+    ------
+    UserError
+        As :func:`write_bytes`.
+    """
+    try:
+        with _beside(path) as file:
+            yield file
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise UserError(f"{path}: cannot be written ({reason}): free the place or choose another with -o") from error
+
+
+@contextmanager
+def _beside(path: Path) -> Iterator[IO[bytes]]:
     handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            file.write(data)
+            yield file
         os.chmod(beside, 0o666 & ~_umask())
         os.replace(beside, path)
     except BaseException:

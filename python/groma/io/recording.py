@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 from groma.errors import UserError
-from groma.io import bag1, carmen, db3, dpslam, mcap
+from groma.io import bag1, carmen, csv_log, db3, dpslam, mcap
 from groma.io.foreign import looks_like
 from groma.io.notes import Notes
 from groma.io.streams import Stream
@@ -78,6 +78,32 @@ def open_recording(path: Path | str) -> Recording:
     raise UserError(f"{path}: not a recording but {looks_like(path, start)}; {_READS}")
 
 
+def write_recording(path: Path | str, messages: Iterable[Message]) -> None:
+    """Write a recording in the format that the name asks for: ``.csv``, ``.csv.gz`` or ``.mcap``.
+
+    Parameters
+    ----------
+    path
+        The file; it appears when the last message is written.
+    messages
+        In the order in which they are to be read; taken one at a time.
+
+    Raises
+    ------
+    UserError
+        When the suffix is another, or the file cannot be written.
+    """
+    path = Path(path)
+    if path.name.endswith((".csv", ".csv.gz")):
+        csv_log.write(path, messages)
+    elif path.suffix == ".mcap":
+        from groma.io.ros_encode import write_mcap
+
+        write_mcap(path, messages)
+    else:
+        raise UserError(f"{path}: recordings are written as .csv, .csv.gz or .mcap: choose one of these")
+
+
 def _open_bag(path: Path) -> Recording:
     from groma.io.rosbag import open_bag  # half a second of type definitions that text logs do not need
 
@@ -93,6 +119,7 @@ def _first_word(tags: Iterable[str]) -> re.Pattern[bytes]:
 
 
 _TEXT_READERS: tuple[tuple[re.Pattern[bytes], Callable[[Path], Recording]], ...] = (
+    (re.compile(rb"\A# groma csv|^(" + "|".join(csv_log.TAGS).encode() + rb"),", re.MULTILINE), csv_log.CsvRecording),
     (_first_word(carmen.TAGS), carmen.CarmenRecording),
     (_first_word(dpslam.TAGS), dpslam.DpSlamRecording),
 )

@@ -1,6 +1,7 @@
 """ROS messages into ours: LaserScan, Odometry, JointState, TFMessage.
 
-The time is ``header.stamp``; where a driver left it zero, the time of recording, with a note. LaserScan: beam i is at
+The time is ``header.stamp``; where a driver left it zero, the time of recording, with a note (static transforms hold
+at all times: always the time of recording). LaserScan: beam i is at
 ``angle_min + i * angle_increment`` whatever ``angle_max`` says (where they disagree it is noted); REP-117: ``-inf``
 and what is below ``range_min`` become NaN, what reaches ``range_max`` becomes ``+inf`` (drivers from before REP-117
 report ``range_max`` when they see nothing). Frames lose a leading slash (tf2 has none).
@@ -126,9 +127,10 @@ class Decoder:
     def _transforms(self, channel: Channel, recorded: int, message: Any) -> Iterator[Transform]:
         static = channel.topic.endswith("tf_static")
         for edge in message.transforms:
+            stamp = recorded * 1e-9 if static else self._time(channel, recorded, edge.header)
             t, q = edge.transform.translation, edge.transform.rotation
             yield Transform(
-                self._time(channel, recorded, edge.header),
+                stamp,
                 channel.topic,
                 _frame(edge.header.frame_id),
                 _frame(edge.child_frame_id),
