@@ -8,8 +8,13 @@
 //! robot localization and mapping", IROS 2016.
 
 pub mod falko;
+pub mod glarot;
 mod keypoint;
 mod options;
+mod rigid_fit;
+#[cfg(test)]
+mod test_noise;
 
 pub use keypoint::Keypoint;
 pub use options::InvalidOption;
+pub use rigid_fit::{RigidFit, rigid_fit};
