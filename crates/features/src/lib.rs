@@ -7,6 +7,7 @@
 //! localization and mapping", IEEE RA-L 1(1), 2016; "Efficient loop closure based on FALKO lidar features for online
 //! robot localization and mapping", IROS 2016.
 
+pub mod association;
 pub mod falko;
 pub mod glarot;
 mod keypoint;

@@ -111,7 +111,7 @@ mod tests {
             for signature in &all[1..] {
                 index.add(signature.clone());
             }
-            let filter = |i: usize| i % modulus == 0;
+            let filter = |i: usize| i.is_multiple_of(modulus);
             let mut brute: Vec<_> = (0..index.len())
                 .filter(|&i| filter(i))
                 .map(|i| (all[0].best_shift(&all[i + 1]).0, i))
