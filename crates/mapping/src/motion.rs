@@ -6,50 +6,107 @@
 //! sigma_xy = q (0.01 m + 0.08 d + 0.03 m/rad a),   sigma_theta = q (0.3 deg + 1.5 deg/m d + 0.08 a)
 //! ```
 //!
-//! Without: the last velocity goes on, within what a wheeled vehicle can do in the time between two scans. In both
-//! cases the scale `q` is learned: it follows the innovations of the scans that were registered well, slowly, so that
+//! Without: the velocity of the last second goes on, within what a wheeled vehicle can change in the time between two
+//! scans and half the largest recent step, because loggers stamp late and in bunches: scans that were taken 0.6 s apart come
+//! with stamps 4 ms apart.
+//!
+//! ```text
+//! sigma_xy = q (0.02 m + 0.3 m/s dt + 0.5 largest step),   sigma_theta = q (0.6 deg + 0.4 rad/s dt + 0.5 largest turn)
+//! ```
+//!
+//! In both cases the scale `q` is learned: it follows the innovations of the scans that were registered well, slowly, so that
 //! good wheels are trusted and bad ones are not, without a setting for either.
 
 use groma_geometry::Se2;
 use groma_registration::Prior;
 use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
 
 /// Share of a new innovation in the running mean.
 const LEARNING: f64 = 0.03;
-/// Bounds of the learned variance factor.
-const FACTOR: (f64, f64) = (0.1, 30.0);
+/// Bounds of the learned variance factor, of odometry and of a going-on velocity.
+const ODOMETRY_FACTOR: (f64, f64) = (0.1, 30.0);
+const VELOCITY_FACTOR: (f64, f64) = (0.25, 4.0);
+/// Wheels slip and odometry jumps; a vehicle does not.
+const ODOMETRY_DOF: f64 = 4.0;
+const VELOCITY_DOF: f64 = 20.0;
 /// Innovations beyond this squared multiple count as this much: one jump is no bad odometer.
 const MOST_SURPRISE: f64 = 9.0;
-/// What a vehicle's speed may change within a second [m/s, rad/s], and no more than this between scans [m, rad].
-const AGILITY: (f64, f64) = (0.6, 0.8);
-const MOST_CHANGE: (f64, f64) = (1.0, 0.8);
+/// What a velocity may change within a second [m/s, rad/s], and no more than this between scans [m, rad].
+const AGILITY: (f64, f64) = (0.3, 0.4);
+const MOST_CHANGE: (f64, f64) = (0.8, 0.7);
+/// The velocity is taken over at least this long [s] and this many scans.
+const SPAN: (f64, usize) = (0.9, 3);
+/// Scans whose steps and turns count as recent.
+const LOOK_BACK: usize = 8;
+/// Longest time for which a velocity goes on [s].
+const GOES_ON: f64 = 4.0;
+/// Scans remembered at most.
+const MEMORY: usize = 32;
 
 /// The motion model with its learned scale.
 #[derive(Clone, Debug)]
 pub struct MotionModel {
     factor: f64,
+    recent: VecDeque<(f64, Se2)>,
 }
 
 impl Default for MotionModel {
     fn default() -> Self {
-        Self { factor: 1.0 }
+        Self { factor: 1.0, recent: VecDeque::new() }
     }
 }
 
 impl MotionModel {
+    /// Remembers a pose.
+    pub fn observe(&mut self, stamp: f64, pose: &Se2) {
+        self.recent.push_back((stamp, *pose));
+        if self.recent.len() > MEMORY {
+            self.recent.pop_front();
+        }
+    }
+
+    /// The largest recent step and turn between two scans [m], [rad].
+    fn largest(&self) -> (f64, f64) {
+        let recent: Vec<&Se2> = self.recent.iter().rev().take(LOOK_BACK).map(|(_, pose)| pose).collect();
+        recent.windows(2).fold((0.05, 0.05), |(d, a), w| {
+            let step = w[0].between(w[1]);
+            (d.max(step.translation.norm()), a.max(step.theta().abs()))
+        })
+    }
+
+    /// The mean twist of the last second (body frame, per second).
+    #[must_use]
+    pub fn velocity(&self) -> Vector3<f64> {
+        let Some((now, pose)) = self.recent.back() else { return Vector3::zeros() };
+        let old = |(k, (stamp, _)): &(usize, &(f64, Se2))| *k >= SPAN.1 && now - stamp >= SPAN.0;
+        let from = self.recent.iter().rev().enumerate().find(old).map(|(_, past)| past).or(self.recent.front());
+        from.filter(|(stamp, _)| now - stamp > 0.1)
+            .map_or_else(Vector3::zeros, |(stamp, past)| pose.minus(past) / (now - stamp))
+    }
+
     /// The expected pose after an odometry increment.
     #[must_use]
     pub fn from_odometry(&self, pose: &Se2, increment: &Se2) -> Prior {
-        Prior { pose: *pose * *increment, information: invert(&(increment_variances(increment) * self.factor)) }
+        Prior {
+            pose: *pose * *increment,
+            information: invert(&(increment_variances(increment) * self.factor)),
+            dof: ODOMETRY_DOF,
+        }
     }
 
-    /// The expected pose after `seconds` at `velocity` (body frame, per second).
+    /// The expected pose when the velocity goes on for `seconds`.
     #[must_use]
-    pub fn from_velocity(&self, pose: &Se2, velocity: Vector3<f64>, seconds: f64) -> Prior {
-        let xy = (AGILITY.0 * seconds).min(MOST_CHANGE.0) + 0.02;
-        let turn = (AGILITY.1 * seconds).min(MOST_CHANGE.1) + 0.01;
+    pub fn from_velocity(&self, pose: &Se2, seconds: f64) -> Prior {
+        let largest = self.largest();
+        let xy = 0.02 + (AGILITY.0 * seconds).min(MOST_CHANGE.0) + 0.5 * largest.0;
+        let turn = 0.01 + (AGILITY.1 * seconds).min(MOST_CHANGE.1) + 0.5 * largest.1;
         let variances = Vector3::new(xy * xy, xy * xy, turn * turn) * self.factor;
-        Prior { pose: pose.plus(velocity * seconds), information: invert(&variances) }
+        Prior {
+            pose: pose.plus(self.velocity() * seconds.min(GOES_ON)),
+            information: invert(&variances),
+            dof: VELOCITY_DOF,
+        }
     }
 
     /// Learns from a pose that a scan confirmed.
@@ -59,8 +116,9 @@ impl MotionModel {
         let e = pose.minus(&prior.pose);
         // Per unit of the present factor: what the prior explains of the innovation.
         let surprise = (0..3).map(|k| e[k] * e[k] / (expected[(k, k)] + spread[(k, k)])).sum::<f64>() / 3.0;
+        let bounds = if prior.dof == VELOCITY_DOF { VELOCITY_FACTOR } else { ODOMETRY_FACTOR };
         let target = self.factor * surprise.min(MOST_SURPRISE);
-        self.factor = (self.factor + LEARNING * (target - self.factor)).clamp(FACTOR.0, FACTOR.1);
+        self.factor = (self.factor + LEARNING * (target - self.factor)).clamp(bounds.0, bounds.1);
     }
 
     /// The learned factor of the variances.

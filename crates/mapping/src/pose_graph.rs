@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Least squares by Gauss-Newton with Levenberg's damping when a step does not descend; the robust sum as told in
-//! [`robust`](self::robust). The residual is that of g2o (Kuemmerle et al., ICRA 2011), so its files mean the same here.
+//! `pose_graph/robust.rs`. The residual is that of g2o (Kuemmerle et al., ICRA 2011), so its files mean the same here.
 //! Steps and covariances are right perturbations `x * exp(xi)`, `xi = (x, y, theta)` in the frame of the node.
 //! An information matrix may be rank deficient as long as the whole graph is held.
 //!
@@ -100,7 +100,7 @@ impl PoseGraph {
         let state = if self.edges.iter().any(|e| e.robust) {
             robust::minimize(&mut solver)?
         } else {
-            solver.descend(self.nodes.clone(), vec![1.0; self.edges.len()])?
+            solver.descend(self.nodes.clone(), vec![1.0; self.edges.len()], options.tolerance)?
         };
         check::connected(self, |edge| state.weights[edge] > 0.0)?;
         solver.verify(&state)?;
@@ -116,12 +116,12 @@ impl PoseGraph {
         check::graph(self)?;
         check::weights(self, weights)?;
         check::connected(self, |edge| weights[edge] > 0.0)?;
-        let mut system = System::new(self);
+        let mut system = System::new(self, weights);
         system.linearize(&self.nodes, weights);
         let mut cholesky = Cholesky::analyze(&system.matrix)?;
         cholesky.factorize(&system.matrix)?;
         let mut covariances = vec![Matrix3::zeros()];
-        covariances.extend(cholesky.inverse_diagonal());
+        covariances.extend(cholesky.selected_inverse().diagonal);
         Ok(covariances)
     }
 }

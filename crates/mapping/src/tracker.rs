@@ -68,7 +68,6 @@ pub struct Tracker {
     growing: Vec<Growing>,
     pose: Option<Se2>,
     stamp: f64,
-    velocity: Vector3<f64>,
     /// Covariance gathered since the last keyframe.
     since: Matrix3<f64>,
     usual_share: f64,
@@ -79,7 +78,7 @@ impl Tracker {
     /// The twist of the vehicle as last seen (body frame, per second), for deskewing.
     #[must_use]
     pub fn velocity(&self) -> Vector3<f64> {
-        self.velocity
+        self.model.velocity()
     }
 
     /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
@@ -90,7 +89,7 @@ impl Tracker {
         let seconds = stamp - self.stamp;
         let prior = match increment {
             Some(u) => self.model.from_odometry(&last, &u),
-            None => self.model.from_velocity(&last, self.velocity, seconds),
+            None => self.model.from_velocity(&last, seconds),
         };
         let found = self.register(&view.scan, &prior, &last, seconds);
         let surprised = prior.distance_sq(&found.pose) > SURPRISE;
@@ -105,6 +104,7 @@ impl Tracker {
 
     fn begin(&mut self, stamp: f64, view: PolarView, keyframes: &mut Vec<Keyframe>) -> Step {
         self.pose = Some(Se2::IDENTITY);
+        self.model.observe(stamp, &Se2::IDENTITY);
         self.stamp = stamp;
         self.usual_share = 0.7;
         self.growing.push(Growing { anchor: Se2::IDENTITY, first: 0, surfaces: SurfaceMap::default(), length: 0.0 });
@@ -116,12 +116,12 @@ impl Tracker {
     fn register(&self, scan: &SurfaceScan, prior: &Prior, last: &Se2, seconds: f64) -> Alignment {
         let map = &self.growing[0];
         let to_map = map.anchor.inverse();
-        let local = Prior { pose: to_map * prior.pose, information: prior.information };
+        let local = Prior { pose: to_map * prior.pose, ..prior.clone() };
         let mut best = align(scan, &map.surfaces, local.pose, Some(&local));
         let wide = prior.information[(0, 0)] < WIDE.0.powi(-2) || prior.information[(2, 2)] < WIDE.1.powi(-2);
         let doubtful = best.share < DOUBT * self.usual_share || local.distance_sq(&best.pose) > SURPRISE;
         if wide || doubtful {
-            let coasting = last.plus(self.velocity * seconds.min(2.0));
+            let coasting = last.plus(self.velocity() * seconds.min(2.0));
             for start in self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior) {
                 let other = align(scan, &map.surfaces, start, Some(&local));
                 if other.cost < best.cost {
@@ -165,10 +165,6 @@ impl Tracker {
     fn advance(&mut self, stamp: f64, found: &Alignment, prior: &Prior, distrust: bool) {
         let last = self.pose.unwrap_or(Se2::IDENTITY);
         let moved = last.between(&found.pose);
-        let seconds = stamp - self.stamp;
-        if seconds > 0.0 {
-            self.velocity = moved.log() / seconds.max(0.02);
-        }
         let believed = if distrust { prior.information * 0.01 } else { prior.information };
         let spread = (found.information + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
         let d = moved.translation.norm() + 0.3 * moved.theta().abs();
@@ -178,6 +174,7 @@ impl Tracker {
         for map in &mut self.growing {
             map.length += moved.translation.norm();
         }
+        self.model.observe(stamp, &found.pose);
         self.pose = Some(found.pose);
         self.stamp = stamp;
     }

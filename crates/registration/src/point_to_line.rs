@@ -34,8 +34,6 @@ const CAUCHY: f64 = 2.385;
 /// Radii of the search for surfaces, one after the other [m]; the last is repeated.
 const RADII: [f64; 6] = [0.6, 0.6, 0.4, 0.3, 0.2, 0.15];
 const MOST_ITERATIONS: usize = 20;
-/// Degrees of freedom of the prior's Student loss.
-const PRIOR_DOF: f64 = 4.0;
 
 /// What can be asked for its nearest surface.
 pub trait Surfaces {
@@ -50,6 +48,9 @@ pub struct Prior {
     pub pose: Se2,
     /// Its information in the body frame.
     pub information: Matrix3<f64>,
+    /// Degrees of freedom of its Student loss: few where it may be badly wrong (odometry that slips and jumps), many
+    /// where its tails are thin (a mass that cannot leap).
+    pub dof: f64,
 }
 
 impl Prior {
@@ -62,7 +63,7 @@ impl Prior {
 
     /// Negative log density of Student's distribution, up to a constant.
     fn cost(&self, pose: &Se2) -> f64 {
-        0.5 * (PRIOR_DOF + 3.0) * (self.distance_sq(pose) / PRIOR_DOF).ln_1p()
+        0.5 * (self.dof + 3.0) * (self.distance_sq(pose) / self.dof).ln_1p()
     }
 }
 
@@ -175,7 +176,7 @@ fn solve(normal: &Normal, prior: Option<&Prior>, pose: &Se2) -> Vector3<f64> {
     let mut gradient = normal.gradient * INDEPENDENCE;
     if let Some(prior) = prior {
         let e = pose.minus(&prior.pose);
-        let weight = (PRIOR_DOF + 3.0) / (PRIOR_DOF + prior.distance_sq(pose));
+        let weight = (prior.dof + 3.0) / (prior.dof + prior.distance_sq(pose));
         hessian += prior.information * weight;
         gradient += prior.information * e * weight;
     }

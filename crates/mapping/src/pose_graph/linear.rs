@@ -8,7 +8,7 @@
 
 use super::{Edge, PoseGraph};
 use groma_estimation::BlockMatrix;
-use groma_geometry::{Se2, wrap};
+use groma_geometry::Se2;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Error of an edge with its derivatives.
@@ -29,9 +29,10 @@ pub(super) struct System<'a> {
 impl Edge {
     /// `e` at the poses of its ends.
     pub(super) fn error(&self, from: &Se2, to: &Se2) -> Vector3<f64> {
-        let seen = from.rotation.inverse().act(to.translation - from.translation);
-        let shift = self.measurement.rotation.inverse().act(seen - self.measurement.translation);
-        Vector3::new(shift.x, shift.y, wrap(to.theta() - from.theta() - self.measurement.theta()))
+        let (back, unturn) = (from.rotation.inverse(), self.measurement.rotation.inverse());
+        let seen = back.act(to.translation - from.translation);
+        let shift = unturn.act(seen - self.measurement.translation);
+        Vector3::new(shift.x, shift.y, (unturn * back * to.rotation).log())
     }
 
     /// `e^T Omega e` at given nodes.
@@ -55,9 +56,11 @@ impl Edge {
 }
 
 impl<'a> System<'a> {
-    pub(super) fn new(graph: &'a PoseGraph) -> Self {
+    /// The pattern of the edges whose weight is not zero.
+    pub(super) fn new(graph: &'a PoseGraph, weights: &[f64]) -> Self {
         let unknown = |e: &Edge| (e.from > 0 && e.to > 0).then(|| (e.from.min(e.to) - 1, e.from.max(e.to) - 1));
-        let matrix = BlockMatrix::zeros(graph.nodes.len() - 1, graph.edges.iter().filter_map(unknown));
+        let used = graph.edges.iter().zip(weights).filter(|(_, w)| **w > 0.0);
+        let matrix = BlockMatrix::zeros(graph.nodes.len() - 1, used.filter_map(|(e, _)| unknown(e)));
         let slots = graph.edges.iter().map(|e| unknown(e).and_then(|(i, j)| matrix.slot(i, j))).collect();
         let gradient = vec![Vector3::zeros(); matrix.blocks()];
         Self { edges: &graph.edges, slots, matrix, gradient }

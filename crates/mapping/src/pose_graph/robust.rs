@@ -18,7 +18,7 @@
 //! given start with what does not fit there left out (so a good start is never made worse), and graduated
 //! non-convexity. What it cannot do: tell a false set from a true one when the false set agrees with itself better.
 
-use super::solve::{Solver, State, Step};
+use super::solve::{Solver, State};
 use super::{Edge, Error};
 use groma_geometry::Se2;
 
@@ -66,12 +66,12 @@ fn graduate(solver: &mut Solver<'_>, state: State) -> Result<State, Error> {
     let mut nodes = state.nodes;
     let worst = robust_chi_squares(solver, &nodes).fold(limit, f64::max);
     let mut control = limit / (2.0 * worst - limit);
-    let mut damping = 0.0;
+    let mut radius = f64::INFINITY;
     while control < LAST_CONTROL {
         let weights: Vec<_> = graduated_weights(solver, &nodes, control);
         let cost = solver.cost(&nodes, &weights);
-        if let Step::Taken { nodes: moved, .. } = solver.step(&nodes, &weights, cost, &mut damping)? {
-            nodes = moved;
+        if let Some(step) = solver.step(&nodes, &weights, cost, &mut radius)? {
+            nodes = step.nodes;
         }
         control *= solver.options.convexity_step;
     }

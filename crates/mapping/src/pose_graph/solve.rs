@@ -1,9 +1,14 @@
-//! Descent on a pose graph with given edge weights: Gauss-Newton, damped when a step does not descend.
+//! Descent on a pose graph with given edge weights: Gauss-Newton inside a trust region, by Powell's dogleg.
 //!
-//! A step solves `(H + lambda diag H) d = -g`, and is taken when the weighted cost does not rise. `lambda` is zero until
-//! a step fails, then grows by ten; each success divides it by ten until it vanishes again (Marquardt 1963).
-//! The descent ends when the step promises less than `tolerance (1 + cost)`: the promise `-g^T d` is the squared length
-//! of the step in standard deviations, so the rule knows no units.
+//! With `H d = g` the step is `-d` when it is short enough; else it lies on the path from the steepest descent
+//! `s = (g^T D^-1 g / (D^-1 g)^T H (D^-1 g)) D^-1 g` to `d`, at the edge of the region `|step|_D <= radius`,
+//! `D = diag H`. A failed step shrinks the region and costs no new factorisation. This follows narrow curved valleys
+//! (an odometry that knows a standstill to a micrometre) in which Levenberg's damping creeps.
+//! A matrix that is not positive definite at some iterate is damped there by `lambda D` until it is.
+//!
+//! The descent ends when the whole step promises less than `tolerance (1 + cost)`: the promise `g^T d` is the squared
+//! length of the step in standard deviations, so the rule knows no units.
+//! Source: Powell 1970; Rosen, Kaess, Leonard, T-RO 30 (2014) 1091.
 
 use super::linear::System;
 use super::{Error, Options, PoseGraph, Solution};
@@ -11,10 +16,13 @@ use groma_estimation::Cholesky;
 use groma_geometry::{Se2, So2};
 use nalgebra::{Vector2, Vector3};
 
-/// Damping of the first retry, and the least that is not zero.
-const FIRST_DAMPING: f64 = 1e-5;
-/// Beyond this a step is too short to change a pose.
-const LAST_DAMPING: f64 = 1e12;
+type Blocks = Vec<Vector3<f64>>;
+
+/// Damping of the first retry of a matrix that is not positive definite, and where retrying ends.
+const FIRST_DAMPING: f64 = 1e-9;
+const LAST_DAMPING: f64 = 1e3;
+/// A region this much smaller than the step is given up.
+const LEAST_SHARE: f64 = 1e-9;
 
 /// Nodes with the weights they belong to.
 #[derive(Clone, Debug)]
@@ -34,11 +42,21 @@ pub(super) struct Solver<'a> {
 }
 
 /// What a step led to.
-pub(super) enum Step {
-    /// The nodes moved; the cost there, and what the step had promised.
-    Taken { nodes: Vec<Se2>, cost: f64, promise: f64 },
-    /// No step of any length descends.
-    Stuck,
+pub(super) struct Step {
+    pub nodes: Vec<Se2>,
+    pub cost: f64,
+    /// What the unrestricted step had promised.
+    pub promise: f64,
+}
+
+/// The quadratic model at an iterate.
+struct Model {
+    gauss_newton: Blocks,
+    steepest: Blocks,
+    gradient: Blocks,
+    /// `H steepest`.
+    curvature: Blocks,
+    scale: Blocks,
 }
 
 impl<'a> Solver<'a> {
@@ -50,62 +68,82 @@ impl<'a> Solver<'a> {
 
     /// The minimum of the weighted cost near `nodes`.
     pub(super) fn descend(&mut self, mut nodes: Vec<Se2>, weights: Vec<f64>) -> Result<State, Error> {
-        let (mut damping, mut cost) = (0.0, self.cost(&nodes, &weights));
+        let (mut radius, mut cost) = (f64::INFINITY, self.cost(&nodes, &weights));
         let mut converged = self.graph.nodes.len() == 1;
         for _ in 0..self.options.max_iterations {
             if converged {
                 break;
             }
-            match self.step(&nodes, &weights, cost, &mut damping)? {
-                Step::Stuck => converged = true,
-                Step::Taken { nodes: moved, cost: lowered, promise } => {
-                    converged = promise <= self.options.tolerance * (1.0 + lowered);
-                    (nodes, cost) = (moved, lowered);
-                }
-            }
+            let Some(step) = self.step(&nodes, &weights, cost, &mut radius)? else { break };
+            converged = step.promise <= self.options.tolerance * (1.0 + step.cost);
+            (nodes, cost) = (step.nodes, step.cost);
         }
         Ok(State { nodes, weights, converged })
     }
 
-    /// One step that does not raise `cost`, which is that of `nodes`.
-    pub(super) fn step(&mut self, nodes: &[Se2], weights: &[f64], cost: f64, damping: &mut f64) -> Result<Step, Error> {
+    /// A step that does not raise `cost`, which is that of `nodes`; nothing when there is none.
+    pub(super) fn step(
+        &mut self,
+        nodes: &[Se2],
+        weights: &[f64],
+        cost: f64,
+        radius: &mut f64,
+    ) -> Result<Option<Step>, Error> {
         self.system.linearize(nodes, weights);
         self.iterations += 1;
-        let allowed = cost * (1.0 + 1e-12) + 1e-18;
-        while *damping < LAST_DAMPING {
-            if let Some((delta, promise)) = self.direction(*damping)? {
-                let moved = retract(nodes, &delta);
-                let reached = self.cost(&moved, weights);
-                if reached <= allowed {
-                    *damping = if *damping > FIRST_DAMPING { *damping / 10.0 } else { 0.0 };
-                    return Ok(Step::Taken { nodes: moved, cost: reached, promise });
-                }
+        let Some(model) = self.model()? else { return Ok(None) };
+        let whole = model.length(&model.gauss_newton);
+        let promise = dot(&model.gauss_newton, &model.gradient);
+        while *radius >= LEAST_SHARE * whole {
+            let (back, along) = model.dogleg(whole, *radius);
+            let step = model.combine(back, along);
+            let moved = retract(nodes, &step);
+            let reached = self.cost(&moved, weights);
+            let gain = (cost - reached) / model.decrease(back, along, &step);
+            let length = model.length(&step);
+            if gain < 0.25 {
+                *radius = length / 2.0;
+            } else if gain > 0.75 {
+                *radius = radius.max(3.0 * length);
             }
-            *damping = (*damping * 10.0).max(FIRST_DAMPING);
+            if reached <= cost * (1.0 + 1e-12) + 1e-18 {
+                return Ok(Some(Step { nodes: moved, cost: reached, promise }));
+            }
+            *radius = radius.min(length / 4.0);
         }
-        Ok(Step::Stuck)
+        Ok(None)
     }
 
-    /// The damped step and what it promises; nothing when the damped matrix is not positive definite.
-    fn direction(&mut self, damping: f64) -> Result<Option<(Vec<Vector3<f64>>, f64)>, Error> {
-        let undamped = (damping > 0.0).then(|| self.system.matrix.diagonal.clone());
-        if damping > 0.0 {
-            self.system.matrix.diagonal.iter_mut().for_each(|block| {
-                let floor = 1e-9 * block.trace();
+    fn model(&mut self) -> Result<Option<Model>, Error> {
+        if !self.factorize_damped()? {
+            return Ok(None);
+        }
+        let gradient = self.system.gradient.clone();
+        let gauss_newton = self.cholesky.solve(&gradient)?;
+        let scale: Blocks = self.system.matrix.diagonal.iter().map(|block| block.diagonal()).collect();
+        let uphill: Blocks = gradient.iter().zip(&scale).map(|(g, s)| g.component_div(s)).collect();
+        let bent = self.system.matrix.multiply(&uphill);
+        let share = dot(&gradient, &uphill) / dot(&uphill, &bent);
+        let scaled = |v: Blocks| v.into_iter().map(|x| x * share).collect();
+        let (steepest, curvature) = (scaled(uphill), scaled(bent));
+        Ok(Some(Model { gauss_newton, steepest, gradient, curvature, scale }))
+    }
+
+    /// Factorises the system, damped as little as it needs; false when nothing helps.
+    fn factorize_damped(&mut self) -> Result<bool, Error> {
+        let mut damping = 0.0;
+        while damping < LAST_DAMPING {
+            match self.cholesky.factorize(&self.system.matrix) {
+                Err(groma_estimation::Error::NotPositiveDefinite { .. }) => {}
+                outcome => return Ok(outcome.map(|()| true)?),
+            }
+            damping = (damping * 100.0).max(FIRST_DAMPING);
+            for block in &mut self.system.matrix.diagonal {
+                let floor = 1e-9 * block.trace() + f64::MIN_POSITIVE;
                 (0..3).for_each(|k| block[(k, k)] += damping * (block[(k, k)] + floor));
-            });
+            }
         }
-        let outcome = self.cholesky.factorize(&self.system.matrix);
-        if let Some(diagonal) = undamped {
-            self.system.matrix.diagonal = diagonal;
-        }
-        match outcome {
-            Err(groma_estimation::Error::NotPositiveDefinite { .. }) => return Ok(None),
-            other => other?,
-        }
-        let step = self.cholesky.solve(&self.system.gradient)?;
-        let promise = step.iter().zip(&self.system.gradient).map(|(d, g)| d.dot(g)).sum();
-        Ok(Some((step, promise)))
+        Ok(false)
     }
 
     /// The weighted sum of chi-squares.
@@ -129,6 +167,48 @@ impl<'a> Solver<'a> {
         let State { nodes, weights, converged } = state;
         Solution { nodes, chi_squares, weights, iterations: self.iterations, converged }
     }
+}
+
+impl Model {
+    /// Length in the metric D.
+    fn length(&self, step: &Blocks) -> f64 {
+        step.iter().zip(&self.scale).map(|(v, s)| v.component_mul(v).dot(s)).sum::<f64>().sqrt()
+    }
+
+    /// The shares of steepest descent and of Gauss-Newton in the step that the radius allows.
+    fn dogleg(&self, whole: f64, radius: f64) -> (f64, f64) {
+        let first = self.length(&self.steepest);
+        if whole <= radius {
+            return (0.0, 1.0);
+        }
+        if first >= radius {
+            return (radius / first, 0.0);
+        }
+        let inner: f64 = self
+            .steepest
+            .iter()
+            .zip(&self.gauss_newton)
+            .zip(&self.scale)
+            .map(|((a, b), s)| a.component_mul(b).dot(s))
+            .sum();
+        let (a, b, c) =
+            (whole * whole - 2.0 * inner + first * first, inner - first * first, radius * radius - first * first);
+        let along = c / (b + (b * b + a * c).sqrt());
+        (1.0 - along, along)
+    }
+
+    fn combine(&self, back: f64, along: f64) -> Blocks {
+        self.steepest.iter().zip(&self.gauss_newton).map(|(s, d)| s * back + d * along).collect()
+    }
+
+    /// How much the quadratic model falls along `-step`, by `H d = g`.
+    fn decrease(&self, back: f64, along: f64, step: &Blocks) -> f64 {
+        2.0 * dot(&self.gradient, step) - back * dot(&self.curvature, step) - along * dot(&self.gradient, step)
+    }
+}
+
+fn dot(a: &Blocks, b: &Blocks) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
 /// The nodes moved by `-delta`; node 0 stays.
