@@ -1,0 +1,205 @@
+"""The figures of the report on a map, each a function from the result to an SVG element.
+
+Axes of maps are in metres, x to the right, y up, at one scale. Paths are thinned to what can be seen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+from numpy.typing import NDArray
+
+from groma.mapping import Closure, MapResult, OccupancyGrid, WeakSpot
+from groma.report import drawing
+from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, ODOMETRY, REJECTED, TRACKED, WEAK, WIDTH, drawn
+from groma.report.figures import accepted, drift, node_sigmas, path_length, rejected
+
+Array = NDArray[np.float64]
+
+LARGEST_IMAGE = 1400
+"""Pixels along a side: twice what the page shows."""
+NUMBERED = 12
+"""Weak spots that bear a number in the map."""
+
+_LEFT, _RIGHT, _BOTTOM, _TOP = 0.55, 0.1, 0.45, 0.1
+_TALLEST = 1.2
+_WALL, _UNKNOWN = 235, 38
+"""Opacity of the ink."""
+_SMALLEST_SHOWN = 1e-3
+
+
+@drawn("Map with the drive, loop closures and weak spots")
+def the_map(result: MapResult) -> Figure:
+    """Draw the occupancy map with the final drive, its loop closures and weak spots."""
+    image, extent = _image(result.grid)
+    sheet, ax = _plan(extent)
+    ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
+    _path(ax, result.trajectory, FINAL, extent, linewidth=0.9, alpha=0.9)
+    _links(ax, accepted(result), ACCEPTED)
+    _links(ax, rejected(result), REJECTED, linestyle=(0, (3, 2)), alpha=0.7)
+    _weak_spots(ax, result.weak, 0.02 * max(extent[1] - extent[0], extent[3] - extent[2]))
+    _ends(ax, result.trajectory)
+    ax.set(xlim=extent[:2], ylim=extent[2:])
+    return sheet
+
+
+@drawn("The drive by odometry, by registration, and final")
+def before_and_after(result: MapResult) -> Figure:
+    """Draw the drive by odometry alone, by registration alone, and as it is in the map."""
+    paths = [path for path in (result.odometry, result.tracked, result.trajectory) if np.isfinite(path).any()]
+    points = np.vstack([path[:, :2] for path in paths]) if paths else np.zeros((1, 2))
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    margin = 0.03 * max(*(high - low), 1.0)
+    extent = (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin)
+    sheet, ax = _plan(extent)
+    _path(ax, result.odometry, ODOMETRY, extent, linewidth=0.9, linestyle=(0, (2, 1.5)))
+    _path(ax, result.tracked, TRACKED, extent, linewidth=1.1)
+    _path(ax, result.trajectory, FINAL, extent, linewidth=1.1)
+    _ends(ax, result.trajectory)
+    ax.set(xlim=extent[:2], ylim=extent[2:])
+    return sheet
+
+
+@drawn("Drift and uncertainty along the drive")
+def along_the_drive(result: MapResult) -> Figure:
+    """Draw drift and uncertainty over the length of the path, one panel each."""
+    path = path_length(result.trajectory)
+    node_path = np.interp(result.graph.stamps, result.trajectory_stamps, path)
+    panels = [
+        ("Tracked against final [m]", path, drift(result.tracked, result.trajectory), TRACKED),
+        ("Standard deviation of the position [m]", node_path, node_sigmas(result.graph)[0], FINAL),
+    ]
+    if np.isfinite(result.odometry).any():
+        panels.insert(0, ("Odometry against final [m]", path, drift(result.odometry, result.trajectory), ODOMETRY))
+    height = 1.05
+    sheet = drawing.sheet(_BOTTOM + len(panels) * (height + 0.32))
+    for row, (title, x, y, colour) in enumerate(reversed(panels)):
+        ax = drawing.axes(sheet, _LEFT, _BOTTOM + row * (height + 0.32), WIDTH - _LEFT - _RIGHT, height)
+        _curve(ax, title, x, y, colour)
+        _stretches(ax, result, path)
+        ax.set_xlim(0, max(path.max(initial=0.0), 1.0))
+        ax.tick_params(labelbottom=row == 0)
+        if row == 0:
+            ax.set_xlabel("path [m]")
+    return sheet
+
+
+@drawn("Loop closures: correction and residual")
+def closures(result: MapResult) -> Figure:
+    """Draw what every closure moved and what is left of it."""
+    sheet = drawing.sheet(3.1)
+    ax = drawing.axes(sheet, _LEFT + 0.1, _BOTTOM, WIDTH - _LEFT - 0.1 - _RIGHT, 2.5)
+    styles = [(rejected(result), REJECTED, "x"), (accepted(result), ACCEPTED, "o")]
+    for group, colour, marker in styles:
+        moved = np.array([max(c.correction_m, _SMALLEST_SHOWN) for c in group])
+        left = np.array([max(c.residual_m, _SMALLEST_SHOWN) for c in group])
+        ax.plot(moved, left, marker, color=colour, markersize=4, alpha=0.75, markeredgewidth=1)
+    ax.set(xscale="log", yscale="log", xlabel="moved by [m]", ylabel="left over [m]")
+    ends = [*ax.get_xlim(), *ax.get_ylim()]
+    ax.axline((1, 1), (10, 10), color=LINE, linewidth=0.8, linestyle=(0, (4, 3)), zorder=0)
+    ax.set(xlim=ends[:2], ylim=ends[2:])
+    _plain_ticks(ax)
+    return sheet
+
+
+def shrunk(cells: NDArray[np.int8], factor: int) -> NDArray[np.int8]:
+    """Return cells (h, w) of blocks (factor, factor): occupied when one is, else free when one is, else unknown."""
+    height, width = (-(-size // factor) for size in cells.shape)
+    padded = np.full((height * factor, width * factor), -1, dtype=np.int8)
+    padded[: cells.shape[0], : cells.shape[1]] = cells
+    blocks: NDArray[np.int8] = padded.reshape(height, factor, width, factor).max(axis=(1, 3))
+    return blocks
+
+
+def _image(grid: OccupancyGrid) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
+    """Return the known part of the map as ink of some opacity (h, w, 4), and its extent [m]."""
+    known = grid.cells >= 0
+    rows, columns = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        rows, columns = np.array([0]), np.array([0])
+    margin = 2 + max(len(rows), len(columns)) // 60
+    bottom, top = max(rows[0] - margin, 0), min(rows[-1] + 1 + margin, grid.cells.shape[0])
+    left, right = max(columns[0] - margin, 0), min(columns[-1] + 1 + margin, grid.cells.shape[1])
+    factor = max(1, -(-max(top - bottom, right - left) // LARGEST_IMAGE))
+    cells = shrunk(grid.cells[bottom:top, left:right], factor)
+    image = np.zeros((*cells.shape, 4), dtype=np.uint8)
+    image[..., 3] = np.select([cells < 0, cells >= 65], [_UNKNOWN, _WALL], 0)
+    x, y, size = *grid.origin, grid.resolution
+    height, width = (length * factor * size for length in cells.shape)
+    return image, (x + left * size, x + left * size + width, y + bottom * size, y + bottom * size + height)
+
+
+def _plan(extent: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
+    """Return axes in metres at one scale that fill the width, or the height where the plan is tall."""
+    width = WIDTH - _LEFT - _RIGHT
+    aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
+    height = min(width * aspect, WIDTH * _TALLEST)
+    sheet = drawing.sheet(max(height, 1.0) + _BOTTOM + _TOP)
+    ax = drawing.axes(sheet, _LEFT, _BOTTOM, height / aspect, height)
+    ax.set(xlabel="x [m]", ylabel="y [m]")
+    return sheet, ax
+
+
+def _path(ax: Axes, poses: Array, colour: str, extent: tuple[float, float, float, float], **style: object) -> None:
+    step = max(extent[1] - extent[0], extent[3] - extent[2]) / 700
+    xy = drawing.thinned(poses[:, :2], step)
+    ax.plot(xy[:, 0], xy[:, 1], color=colour, **style)  # type: ignore[arg-type]
+
+
+def _links(ax: Axes, group: list[Closure], colour: str, **style: object) -> None:
+    lines = [np.array([c.from_xy, c.to_xy]) for c in group]
+    ax.add_collection(LineCollection(lines, colors=colour, linewidths=0.9, **style), autolim=False)  # type: ignore[arg-type]
+    ends = np.array([c.to_xy for c in group]).reshape(-1, 2)
+    ax.plot(ends[:, 0], ends[:, 1], "o", color=colour, markersize=3.2, alpha=0.8, markeredgewidth=0)
+
+
+def _weak_spots(ax: Axes, weak: tuple[WeakSpot, ...], reach: float) -> None:
+    """Draw each spot as a bar along its weak direction; the worst bear the numbers of the table."""
+    bars = [np.array(spot.xy) + np.outer([-reach, reach], _unit(spot.direction)) for spot in weak]
+    ax.add_collection(LineCollection(bars, colors=WEAK, linewidths=2.6, capstyle="butt"), autolim=False)
+    for place, spot in enumerate(worst_first(weak)[:NUMBERED], 1):
+        ax.annotate(str(place), spot.xy, (5, 5), textcoords="offset points", color=WEAK, fontsize=10, fontweight="bold")
+
+
+def worst_first(weak: tuple[WeakSpot, ...]) -> list[WeakSpot]:
+    """Return the weak spots in the order of the table."""
+    return sorted(weak, key=lambda spot: -spot.sigma_m)
+
+
+def _unit(direction: float) -> Array:
+    return np.array([np.cos(direction), np.sin(direction)])
+
+
+def _ends(ax: Axes, poses: Array) -> None:
+    for pose, marker in ((poses[:1], "o"), (poses[-1:], "s")):
+        ax.plot(pose[:, 0], pose[:, 1], marker, color=INK, markersize=5, markerfacecolor="none", markeredgewidth=1.2)
+
+
+def _curve(ax: Axes, title: str, x: Array, y: Array, colour: str) -> None:
+    ax.set_title(title)
+    points = drawing.thinned(np.column_stack([x, y]), max(x.max(initial=0.0), 1.0) / 1500)
+    ax.plot(points[:, 0], points[:, 1], color=colour)
+    ax.set_ylim(0, max(1.15 * points[:, 1].max(initial=0.0), 1e-3))
+    ax.locator_params(axis="y", nbins=4)
+
+
+def _stretches(ax: Axes, result: MapResult, path: Array) -> None:
+    """Shade the weak stretches and mark where loops were closed."""
+    for spot in result.weak:
+        start, end = np.interp([spot.from_stamp, spot.to_stamp], result.trajectory_stamps, path)
+        ax.axvspan(start, end, color=WEAK, alpha=0.16, linewidth=0, zorder=0)
+    at = np.interp([c.to_stamp for c in accepted(result)], result.trajectory_stamps, path)
+    top = ax.get_xaxis_transform()
+    ax.plot(at, np.full(len(at), 0.96), "|", color=ACCEPTED, markersize=6, markeredgewidth=0.9, transform=top)
+
+
+def _plain_ticks(ax: Axes) -> None:
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=9))
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_locator(NullLocator())
+    ax.grid(color=LINE, linewidth=0.5, alpha=0.6)
+    ax.tick_params(labelcolor=MUTED)

@@ -1,0 +1,94 @@
+"""Numbers and judgements in words, for people: unlike the files, in the unit that reads best."""
+
+from __future__ import annotations
+
+import math
+
+from groma.mapping import MapResult, WeakSpot
+from groma.report.figures import accepted
+
+STRAINED_M = 0.2
+STRAINED_RAD = math.radians(1)
+"""A closure is violated when more than this is left of it after optimisation (Hess et al., ICRA 2016, table IV)."""
+
+
+def length(metres: float) -> str:
+    """Return a length in millimetres, centimetres or metres, to two digits (three in metres)."""
+    if not math.isfinite(metres):
+        return "–"
+    size = float(f"{abs(metres):.2g}")
+    for below, factor, digits, unit in ((0.01, 1000, 2, "mm"), (1, 100, 2, "cm"), (1000, 1, 3, "m")):
+        if size < below:
+            value = f"{metres * factor:#.{digits}g}".rstrip(".").replace("-", "\N{MINUS SIGN}")
+            return f"{value}\N{NO-BREAK SPACE}{unit}"
+    return f"{number(metres, 0)}\N{NO-BREAK SPACE}m"
+
+
+def angle(radians: float) -> str:
+    """Return an angle in degrees."""
+    return f"{number(math.degrees(radians), 2)}°" if math.isfinite(radians) else "–"
+
+
+def duration(seconds: float) -> str:
+    """Return a time as hours, minutes and seconds."""
+    if not math.isfinite(seconds):
+        return "–"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def place(xy: tuple[float, float]) -> str:
+    """Return a place in the map."""
+    return f"({number(xy[0], 1)},\N{NO-BREAK SPACE}{number(xy[1], 1)})"
+
+
+def number(value: float, digits: int) -> str:
+    """Return a number with a true minus, and without one before zero."""
+    text = f"{value:.{digits}f}"
+    return text.replace("-", "\N{MINUS SIGN}") if float(text) else text.removeprefix("-")
+
+
+def count(size: int, noun: str) -> str:
+    """Return `3 closures`, `1 closure`, `no closure`."""
+    return f"no {noun}" if size == 0 else f"{size} {noun}{'' if size == 1 else 's'}"
+
+
+def bearing(radians: float) -> str:
+    """Return the direction of a line in the map, 0..180 degrees from the x axis."""
+    return f"{round(math.degrees(radians)) % 180}°"
+
+
+def verdict(result: MapResult) -> str:
+    """Return one sentence: is the map consistent, on how many loops does it rest, what is weak."""
+    return f"{_consistency(result)}{_weakness(result.weak)}."
+
+
+def is_strained(result: MapResult) -> bool:
+    """Tell whether an accepted closure is violated."""
+    return any(c.residual_m > STRAINED_M or abs(c.residual_rad) > STRAINED_RAD for c in accepted(result))
+
+
+def _consistency(result: MapResult) -> str:
+    good = accepted(result)
+    if not good:
+        return "No loop was closed, so that only registration from scan to scan holds the map together"
+    worst = max(good, key=lambda closure: closure.residual_m)
+    if is_strained(result):
+        torn = sum(c.residual_m > STRAINED_M or abs(c.residual_rad) > STRAINED_RAD for c in good)
+        return (
+            f"The map is strained: {torn} of {count(len(good), 'loop closure')} disagree with it, the worst by "
+            f"{length(worst.residual_m)} near {place(worst.to_xy)}; look for doubled walls there"
+        )
+    agree = "agrees" if len(good) == 1 else "agree"
+    return f"The map is consistent: {count(len(good), 'loop closure')} {agree} with it to {length(worst.residual_m)}"
+
+
+def _weakness(weak: tuple[WeakSpot, ...]) -> str:
+    if not weak:
+        return ", and no stretch of the drive is weakly held"
+    worst = max(weak, key=lambda spot: spot.sigma_m)
+    return (
+        f"; it is weakest near {place(worst.xy)}, where the scans alone hold the position to no better than "
+        f"{length(worst.sigma_m)} ({worst.why})"
+    )

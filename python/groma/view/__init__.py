@@ -1,0 +1,1 @@
+"""Viewers, imported only when asked for."""
