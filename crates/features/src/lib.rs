@@ -8,11 +8,14 @@
 //! robot localization and mapping", IROS 2016.
 
 pub mod association;
+pub mod bsc;
+pub mod cgh;
 pub mod falko;
 pub mod glarot;
 mod keypoint;
 mod options;
 mod rigid_fit;
+mod surroundings;
 #[cfg(test)]
 mod test_noise;
 

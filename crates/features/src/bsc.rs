@@ -1,0 +1,85 @@
+//! BSC, binary shape context: which cells of a polar grid around a keypoint hold points of the scan.
+//!
+//! ```text
+//! ring   = floor(8 d / r),  8 at d = r counts as 7      sector = floor(16 arg(R(-theta) (p - k)) / 2 pi)
+//! bit (ring, sector) = any point falls in it            distance = number of bits that differ
+//! ```
+//!
+//! for keypoint k with orientation theta and points p at distance d <= r. The points are turned by the orientation
+//! before they are binned, so the descriptor turns with the scan exactly, not by whole sectors.
+//!
+//! Source: Kallasi, Rizzini, Caselli, RA-L 2016; after the shape context of Belongie, Malik, Puzicha, PAMI 2002.
+
+use crate::Keypoint;
+use crate::surroundings::around;
+use nalgebra::Vector2;
+
+const RINGS: usize = 8;
+const SECTORS: usize = 16;
+
+/// The 8 x 16 cells, a bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bsc {
+    cells: u128,
+}
+
+impl Bsc {
+    /// Describe a keypoint by the scan's points (without its own) within `radius` [m].
+    #[must_use]
+    pub fn describe(points: impl IntoIterator<Item = Vector2<f64>>, keypoint: &Keypoint, radius: f64) -> Self {
+        let cell = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
+        let bit = |ring, sector| 1_u128 << (ring * SECTORS + sector);
+        let bits = around(points, keypoint, radius).map(|p| bit(cell(p.share, RINGS), cell(p.turn, SECTORS)));
+        Self { cells: bits.fold(0, |all, bit| all | bit) }
+    }
+
+    /// Cells that one has and the other has not, 0 to 128.
+    #[must_use]
+    pub fn distance(&self, other: &Self) -> u32 {
+        (self.cells ^ other.cells).count_ones()
+    }
+
+    /// The cells as 16 bytes, ring by ring, the lowest bit of the first byte first.
+    #[must_use]
+    pub fn to_bytes(self) -> [u8; 16] {
+        self.cells.to_le_bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surroundings::test_scene::{corner, moved};
+    use groma_geometry::Se2;
+
+    #[test]
+    fn bins_by_ring_and_sector() {
+        let (keypoint, _) = corner();
+        let at = |d: f64, angle: f64| keypoint.point + Vector2::new(angle.cos(), angle.sin()) * d;
+        let theta = keypoint.orientation;
+        let of = |points: &[Vector2<f64>]| Bsc::describe(points.iter().copied(), &keypoint, 0.8).cells;
+        assert_eq!(of(&[at(0.05, theta + 0.1)]), 1);
+        assert_eq!(of(&[at(0.05, theta - 0.1)]), 1 << 15);
+        assert_eq!(of(&[at(0.15, theta + 0.5)]), 1 << 17);
+        assert_eq!(of(&[at(0.7999, theta + 0.1)]), 1 << 112);
+        assert_eq!(of(&[at(0.9, theta), keypoint.point]), 0);
+    }
+
+    #[test]
+    fn turns_with_the_scan() {
+        let (keypoint, points) = corner();
+        let before = Bsc::describe(points.clone(), &keypoint, 0.4);
+        assert!(before.cells.count_ones() > 6);
+        for k in 0..50 {
+            let motion = Se2::new(0.3 * f64::from(k), -2.0, 0.37 * f64::from(k));
+            let (keypoint, points) = moved(&keypoint, &points, &motion);
+            assert_eq!(Bsc::describe(points, &keypoint, 0.4), before);
+        }
+    }
+
+    #[test]
+    fn distance_counts_cells() {
+        let (a, b) = (Bsc { cells: 0b1011 }, Bsc { cells: 0b0110 | 1 << 100 });
+        assert_eq!((a.distance(&b), b.distance(&a), a.distance(&a)), (4, 4, 0));
+    }
+}
