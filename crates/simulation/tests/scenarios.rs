@@ -1,0 +1,102 @@
+//! The named scenarios: drivable for many seeds, reproducible, and as hard as they say.
+
+use groma_simulation::scenario::SCENES;
+use groma_simulation::{Scanner, Scenario, Simulated, SimulationError, simulate};
+
+/// The drive and the odometry of a scenario, with hardly any scan.
+fn drive_of(name: &str, seed: u64) -> Simulated {
+    let scenario = Scenario::named(name, seed).unwrap();
+    let scanner = Scanner { period: 1e4, ..scenario.scanner.clone() };
+    simulate(&Scenario { scanner, ..scenario }).unwrap_or_else(|e| panic!("{name} with seed {seed}: {e}"))
+}
+
+fn length(simulated: &Simulated) -> f64 {
+    simulated.truth.windows(2).map(|pair| (pair[1].translation - pair[0].translation).norm()).sum()
+}
+
+fn final_error(simulated: &Simulated) -> f64 {
+    let odometry = simulated.truth[0] * simulated.odometry.last().unwrap().pose;
+    (odometry.translation - simulated.truth.last().unwrap().translation).norm()
+}
+
+#[test]
+fn every_building_can_be_driven_through() {
+    for seed in 1..=20 {
+        for name in ["rooms", "turns", "warehouse"] {
+            assert!(length(&drive_of(name, seed)) > 350.0, "{name} with seed {seed}");
+        }
+    }
+    for seed in 1..=4 {
+        assert!((2100.0..2400.0).contains(&length(&drive_of("loop", seed))), "loop with seed {seed}");
+    }
+}
+
+#[test]
+fn the_long_loop_ends_thirty_metres_off() {
+    for seed in 1..=3 {
+        let error = final_error(&drive_of("loop", seed));
+        assert!((error - 30.0).abs() < 0.05, "{error} m with seed {seed}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_numbers_and_another_seed_others() {
+    let run = |seed| simulate(&Scenario::named("stalls", seed).unwrap()).unwrap();
+    let (first, again, other) = (run(2), run(2), run(3));
+    // Bit for bit, as text: NaN is equal to itself there.
+    assert_eq!(format!("{:?}", first.scans), format!("{:?}", again.scans));
+    assert_eq!(first.odometry, again.odometry);
+    assert_eq!(first.joints, again.joints);
+    assert_eq!(first.stalls, again.stalls);
+    assert_ne!(first.world.surfaces, other.world.surfaces);
+    assert_ne!(first.odometry, other.odometry);
+}
+
+#[test]
+fn faults_leave_the_building_alone() {
+    let plain = drive_of("rooms", 4);
+    let stalled = drive_of("stalls", 4);
+    assert_eq!(plain.world.surfaces, stalled.world.surfaces);
+    assert_eq!(plain.truth, stalled.truth);
+}
+
+#[test]
+fn turns_are_wide_between_scans() {
+    let turns = simulate(&Scenario::named("turns", 1).unwrap()).unwrap();
+    let between = |pair: &[groma_geometry::Se2]| pair[0].between(&pair[1]).theta().abs().to_degrees();
+    assert!(turns.scan_poses.windows(2).filter(|pair| between(pair) > 40.0).count() > 30);
+}
+
+#[test]
+fn stalls_hide_turns_and_way() {
+    let stalled = drive_of("stalls", 1);
+    let jumps: Vec<_> = stalled.odometry.windows(2).map(|pair| pair[0].pose.between(&pair[1].pose)).collect();
+    assert_eq!(stalled.stalls.len(), 8);
+    assert!(jumps.iter().filter(|jump| jump.theta().abs() > 0.3).count() >= 2);
+    assert!(jumps.iter().filter(|jump| jump.translation.norm() > 0.4).count() >= 3);
+}
+
+#[test]
+fn nonsense_is_refused_by_name() {
+    assert_eq!(Scenario::named("attic", 1).unwrap_err(), SimulationError::UnknownScene("attic".to_owned()));
+    let mut scenario = Scenario::default();
+    scenario.scanner.period = 0.0;
+    assert!(simulate(&scenario).unwrap_err().to_string().starts_with("scanner.period = 0"));
+    let mut scenario = Scenario::default();
+    scenario.scanner.dropout = 1.5;
+    assert!(simulate(&scenario).unwrap_err().to_string().contains("at most 1"));
+    let mut scenario = Scenario::default();
+    scenario.limits.speed = f64::NAN;
+    assert!(simulate(&scenario).is_err());
+}
+
+#[test]
+fn scenarios_survive_json_and_unknown_settings_do_not() {
+    for name in SCENES {
+        let scenario = Scenario::named(name, 9).unwrap();
+        let text = serde_json::to_string(&scenario).unwrap();
+        assert_eq!(serde_json::from_str::<Scenario>(&text).unwrap(), scenario);
+        let wrong = text.replacen("\"sigma\"", "\"sgima\"", 1);
+        assert!(serde_json::from_str::<Scenario>(&wrong).unwrap_err().to_string().contains("sgima"));
+    }
+}
