@@ -4,6 +4,7 @@ pub mod closer;
 pub mod keyframe;
 pub mod local_map;
 pub mod motion;
+pub mod offset;
 pub mod pose_graph;
 pub mod tracker;
 pub mod uncertainty;

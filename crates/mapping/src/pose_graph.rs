@@ -8,14 +8,16 @@
 //! minimise  sum over trusted edges of chi2 + sum over robust edges of min(chi2, c^2)
 //! ```
 //!
-//! Least squares by Gauss-Newton with Levenberg's damping when a step does not descend; the robust sum as told in
-//! `pose_graph/robust.rs`. The residual is that of g2o (Kuemmerle et al., ICRA 2011), so its files mean the same here.
+//! Least squares by Gauss-Newton in a trust region (`pose_graph/solve.rs`); the robust sum by graduated non-convexity
+//! (`pose_graph/robust.rs`). The residual is that of g2o (Kuemmerle et al., ICRA 2011), so its files mean the same here.
 //! Steps and covariances are right perturbations `x * exp(xi)`, `xi = (x, y, theta)` in the frame of the node.
 //! An information matrix may be rank deficient as long as the whole graph is held.
 //!
 //! What it does not do: it finds a local minimum near its start, and estimates no noise levels.
 
+mod admit;
 mod check;
+mod dogleg;
 mod error;
 mod linear;
 mod robust;
@@ -96,11 +98,13 @@ impl PoseGraph {
         check::graph(self)?;
         check::options(options)?;
         check::connected(self, |_| true)?;
-        let mut solver = solve::Solver::new(self, options)?;
+        let all = vec![1.0; self.edges.len()];
+        let mut solver = solve::Solver::new(self, options, &all)?;
+        let effort = solver.full_effort();
         let state = if self.edges.iter().any(|e| e.robust) {
             robust::minimize(&mut solver)?
         } else {
-            solver.descend(self.nodes.clone(), vec![1.0; self.edges.len()], options.tolerance)?
+            solver.descend(self.nodes.clone(), all, effort)?
         };
         check::connected(self, |edge| state.weights[edge] > 0.0)?;
         solver.verify(&state)?;

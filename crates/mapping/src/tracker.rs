@@ -11,6 +11,7 @@
 
 use crate::keyframe::Keyframe;
 use crate::motion::MotionModel;
+use crate::offset::Offset;
 use groma_geometry::Se2;
 use groma_registration::{Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Window, align};
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -65,6 +66,7 @@ pub struct Step {
 #[derive(Default)]
 pub struct Tracker {
     model: MotionModel,
+    offset: Offset,
     growing: Vec<Growing>,
     pose: Option<Se2>,
     stamp: f64,
@@ -81,6 +83,12 @@ impl Tracker {
         self.model.velocity()
     }
 
+    /// What was learned of the laser's place against the odometry.
+    #[must_use]
+    pub fn offset(&self) -> &Offset {
+        &self.offset
+    }
+
     /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
     pub fn step(&mut self, stamp: f64, view: PolarView, increment: Option<Se2>, keyframes: &mut Vec<Keyframe>) -> Step {
         let Some(last) = self.pose else {
@@ -88,7 +96,7 @@ impl Tracker {
         };
         let seconds = stamp - self.stamp;
         let prior = match increment {
-            Some(u) => self.model.from_odometry(&last, &u),
+            Some(u) => self.model.from_odometry(&last, &self.offset.apply(&u)),
             None => self.model.from_velocity(&last, seconds),
         };
         let found = self.register(&view.scan, &prior, &last, seconds);
@@ -96,6 +104,9 @@ impl Tracker {
         let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
         if good {
             self.model.learn(&prior, &found.pose, &found.information);
+            if let Some(u) = increment {
+                self.offset.learn(&u, &last.between(&found.pose), weakest(&found.information).0);
+            }
             self.usual_share += 0.05 * (found.share - self.usual_share);
         }
         self.advance(stamp, &found, &prior, surprised && good);

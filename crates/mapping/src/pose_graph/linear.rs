@@ -66,6 +66,18 @@ impl<'a> System<'a> {
         Self { edges: &graph.edges, slots, matrix, gradient }
     }
 
+    /// The share of the pattern that edges with these weights use; nothing when one of them is not in the pattern.
+    pub(super) fn usage(&self, weights: &[f64]) -> Option<f64> {
+        let mut used = vec![false; self.matrix.upper.len()];
+        for ((edge, slot), weight) in self.edges.iter().zip(&self.slots).zip(weights) {
+            if *weight > 0.0 && edge.from > 0 && edge.to > 0 {
+                used[(*slot)?] = true;
+            }
+        }
+        let count = used.iter().filter(|u| **u).count();
+        Some(if used.is_empty() { 1.0 } else { count as f64 / used.len() as f64 })
+    }
+
     /// Fills the system at `nodes`, each edge with its weight.
     pub(super) fn linearize(&mut self, nodes: &[Se2], weights: &[f64]) {
         self.matrix.clear();

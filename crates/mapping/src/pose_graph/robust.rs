@@ -13,49 +13,59 @@
 //! while mu grows from `c^2 / (2 max r^2 - c^2)`.
 //! Source: Yang, Antonante, Tzoumas, Carlone, RA-L 5 (2020) 1127, section IV and equations (13)-(14).
 //!
-//! The truncated cost has many minima, so three candidates are made and the cheapest in that very cost is taken:
-//! plain least squares (done at once when every robust edge fits: there is nothing to reject), the descent from the
-//! given start with what does not fit there left out (so a good start is never made worse), and graduated
-//! non-convexity. What it cannot do: tell a false set from a true one when the false set agrees with itself better.
+//! The truncated cost has many minima. So first plain least squares is tried: when every robust edge fits, there is
+//! nothing to reject. Else two candidates compete in the truncated cost itself: the descent from the given start with
+//! what does not fit there left out (so a good start is never made worse), and graduated non-convexity. The winner takes
+//! back what was left out wrongly, as told in `admit.rs`. What it cannot do: tell a false set of edges from a true one
+//! when the false set agrees with itself better.
 
-use super::solve::{Solver, State};
-use super::{Edge, Error};
+use super::solve::{Effort, Solver, State};
+use super::{Edge, Error, admit};
 use groma_geometry::Se2;
 
 /// Beyond this mu the surrogate is the truncated cost to 1 %.
 const LAST_CONTROL: f64 = 100.0;
-/// Most rounds of leaving out and descending.
+/// Most rounds of leaving out and descending, and of taking back.
 const MAX_ROUNDS: usize = 20;
-/// In the graduated steps no edge loses all its weight, so that a node which only robust edges hold stays held.
-const LEAST_WEIGHT: f64 = 1e-9;
+/// Enough to see which edges fit.
+const BRIEF: Effort = Effort { iterations: 12, tolerance: 1e-3 };
 
 /// The minimum of the truncated cost.
 pub(super) fn minimize(solver: &mut Solver<'_>) -> Result<State, Error> {
     let all = vec![1.0; solver.graph.edges.len()];
-    let plain = solver.descend(solver.graph.nodes.clone(), all)?;
-    if kept(solver, &plain).iter().all(|&w| w == 1.0) {
-        return Ok(plain);
+    let start = State { nodes: solver.graph.nodes.clone(), weights: all.clone(), converged: false };
+    let plain = solver.descend(start.nodes.clone(), all, BRIEF)?;
+    if kept(solver, &plain) == plain.weights {
+        return truncate(solver, plain);
     }
-    let start = State { nodes: solver.graph.nodes.clone(), weights: plain.weights.clone(), converged: false };
-    let mut best = truncate(solver, plain)?;
-    for candidate in [start.clone(), graduate(solver, start)?] {
-        let candidate = truncate(solver, candidate)?;
-        if truncated_cost(solver, &candidate) < truncated_cost(solver, &best) {
-            best = candidate;
+    let graduated = graduate(solver, start.clone())?;
+    let (mut best, other) = (truncate(solver, start)?, truncate(solver, graduated)?);
+    if truncated_cost(solver, &other) < truncated_cost(solver, &best) {
+        best = other;
+    }
+    for _ in 0..MAX_ROUNDS {
+        let Some(weights) = admit::weights(solver, &best)? else { break };
+        let wider = solver.descend(best.nodes.clone(), weights, BRIEF)?;
+        let wider = truncate(solver, wider)?;
+        if truncated_cost(solver, &wider) >= truncated_cost(solver, &best) {
+            break;
         }
+        best = wider;
     }
     Ok(best)
 }
 
-/// Leaves out what does not fit and descends, until what is left out no longer changes.
+/// Leaves out what does not fit and descends, briefly and then fully, until what is left out no longer changes.
 fn truncate(solver: &mut Solver<'_>, mut state: State) -> Result<State, Error> {
-    for _ in 0..MAX_ROUNDS {
-        let weights = kept(solver, &state);
-        let settled = state.converged && weights == state.weights;
-        if settled {
-            break;
+    for effort in [BRIEF, solver.full_effort()] {
+        state.converged = false;
+        for _ in 0..MAX_ROUNDS {
+            let weights = kept(solver, &state);
+            if state.converged && weights == state.weights {
+                break;
+            }
+            state = solver.descend(state.nodes, weights, effort)?;
         }
-        state = solver.descend(state.nodes, weights)?;
     }
     Ok(state)
 }
@@ -64,15 +74,12 @@ fn truncate(solver: &mut Solver<'_>, mut state: State) -> Result<State, Error> {
 fn graduate(solver: &mut Solver<'_>, state: State) -> Result<State, Error> {
     let limit = solver.options.inlier_chi_square;
     let mut nodes = state.nodes;
-    let worst = robust_chi_squares(solver, &nodes).fold(limit, f64::max);
+    let robust = solver.graph.edges.iter().filter(|e| e.robust);
+    let worst = robust.map(|e| e.chi_square(&nodes)).fold(limit, f64::max);
     let mut control = limit / (2.0 * worst - limit);
-    let mut radius = f64::INFINITY;
     while control < LAST_CONTROL {
-        let weights: Vec<_> = graduated_weights(solver, &nodes, control);
-        let cost = solver.cost(&nodes, &weights);
-        if let Some(step) = solver.step(&nodes, &weights, cost, &mut radius)? {
-            nodes = step.nodes;
-        }
+        let weights = graduated_weights(solver, &nodes, control);
+        nodes = solver.descend(nodes, weights, Effort { iterations: 3, tolerance: 1e-2 })?.nodes;
         control *= solver.options.convexity_step;
     }
     Ok(State { nodes, weights: state.weights, converged: false })
@@ -80,9 +87,8 @@ fn graduate(solver: &mut Solver<'_>, state: State) -> Result<State, Error> {
 
 fn graduated_weights(solver: &Solver<'_>, nodes: &[Se2], control: f64) -> Vec<f64> {
     let limit = solver.options.inlier_chi_square;
-    let weight = |chi_square: f64| graduated_weight(chi_square / limit, control).max(LEAST_WEIGHT);
-    let edges = solver.graph.edges.iter();
-    edges.map(|e| if e.robust { weight(e.chi_square(nodes)) } else { 1.0 }).collect()
+    let weight = |e: &Edge| if e.robust { graduated_weight(e.chi_square(nodes) / limit, control) } else { 1.0 };
+    solver.graph.edges.iter().map(weight).collect()
 }
 
 /// The weight at `ratio = r^2 / c^2`.
@@ -112,10 +118,6 @@ fn truncated_cost(solver: &Solver<'_>, state: &State) -> f64 {
     solver.graph.edges.iter().map(cost).sum()
 }
 
-fn robust_chi_squares<'a>(solver: &'a Solver<'_>, nodes: &'a [Se2]) -> impl Iterator<Item = f64> + use<'a> {
-    solver.graph.edges.iter().filter(|e| e.robust).map(|e| e.chi_square(nodes))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,10 +125,13 @@ mod tests {
     #[test]
     fn weights_are_continuous_and_fall() {
         for control in [1e-6, 0.1, 1.0, 50.0] {
-            let weights: Vec<_> =
-                (0..4000).map(|k| graduated_weight(f64::from(k) * 0.002 / control, control)).collect();
-            assert!(weights.windows(2).all(|w| w[1] <= w[0] && w[0] - w[1] < 0.06));
+            let ratios = (0..4000).map(|k| f64::from(k) * 0.001 * (1.0 + 1.0 / control));
+            let weights: Vec<_> = ratios.map(|ratio| graduated_weight(ratio, control)).collect();
+            assert!(weights.windows(2).all(|w| w[1] <= w[0]));
             assert_eq!((weights[0], weights[3999]), (1.0, 0.0));
+            let edge = control / (control + 1.0);
+            assert!((graduated_weight(edge * (1.0 + 1e-12), control) - 1.0).abs() < 1e-9);
+            assert!(graduated_weight((1.0 - 1e-12) / edge, control).abs() < 1e-9);
         }
     }
 }

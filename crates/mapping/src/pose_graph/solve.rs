@@ -1,28 +1,28 @@
-//! Descent on a pose graph with given edge weights: Gauss-Newton inside a trust region, by Powell's dogleg.
+//! Descent on a pose graph with given edge weights: Gauss-Newton inside a trust region.
 //!
-//! With `H d = g` the step is `-d` when it is short enough; else it lies on the path from the steepest descent
-//! `s = (g^T D^-1 g / (D^-1 g)^T H (D^-1 g)) D^-1 g` to `d`, at the edge of the region `|step|_D <= radius`,
-//! `D = diag H`. A failed step shrinks the region and costs no new factorisation. This follows narrow curved valleys
-//! (an odometry that knows a standstill to a micrometre) in which Levenberg's damping creeps.
-//! A matrix that is not positive definite at some iterate is damped there by `lambda D` until it is.
+//! The step is Powell's dogleg: a failed step shrinks the region and costs no new factorisation. It follows narrow
+//! curved valleys (an odometry that knows a standstill to a micrometre) in which Levenberg's damping creeps. A matrix
+//! that is not positive definite at some iterate is damped there by `lambda D` until it is.
 //!
-//! The descent ends when the whole step promises less than `tolerance (1 + cost)`: the promise `g^T d` is the squared
+//! A descent ends when the whole step promises less than `tolerance (1 + cost)`: the promise `g^T d` is the squared
 //! length of the step in standard deviations, so the rule knows no units.
-//! Source: Powell 1970; Rosen, Kaess, Leonard, T-RO 30 (2014) 1091.
+//! The pattern is analysed once, and again only when a weight comes back or many edges have lost theirs.
+//! Source: Rosen, Kaess, Leonard, T-RO 30 (2014) 1091.
 
+use super::dogleg::Model;
 use super::linear::System;
 use super::{Error, Options, PoseGraph, Solution};
-use groma_estimation::Cholesky;
+use groma_estimation::{BlockMatrix, Cholesky};
 use groma_geometry::{Se2, So2};
-use nalgebra::{Vector2, Vector3};
-
-type Blocks = Vec<Vector3<f64>>;
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Damping of the first retry of a matrix that is not positive definite, and where retrying ends.
 const FIRST_DAMPING: f64 = 1e-9;
 const LAST_DAMPING: f64 = 1e3;
 /// A region this much smaller than the step is given up.
 const LEAST_SHARE: f64 = 1e-9;
+/// The pattern is analysed anew when fewer than this share of its blocks is in use.
+const LEAST_USE: f64 = 0.95;
 
 /// Nodes with the weights they belong to.
 #[derive(Clone, Debug)]
@@ -30,6 +30,13 @@ pub(super) struct State {
     pub nodes: Vec<Se2>,
     pub weights: Vec<f64>,
     pub converged: bool,
+}
+
+/// When a descent ends.
+#[derive(Clone, Copy)]
+pub(super) struct Effort {
+    pub iterations: usize,
+    pub tolerance: f64,
 }
 
 /// A graph with the memory that all its descents share.
@@ -42,41 +49,36 @@ pub(super) struct Solver<'a> {
 }
 
 /// What a step led to.
-pub(super) struct Step {
+pub(super) struct Moved {
     pub nodes: Vec<Se2>,
     pub cost: f64,
     /// What the unrestricted step had promised.
     pub promise: f64,
 }
 
-/// The quadratic model at an iterate.
-struct Model {
-    gauss_newton: Blocks,
-    steepest: Blocks,
-    gradient: Blocks,
-    /// `H steepest`.
-    curvature: Blocks,
-    scale: Blocks,
-}
-
 impl<'a> Solver<'a> {
-    pub(super) fn new(graph: &'a PoseGraph, options: &'a Options) -> Result<Self, Error> {
-        let system = System::new(graph);
+    pub(super) fn new(graph: &'a PoseGraph, options: &'a Options, weights: &[f64]) -> Result<Self, Error> {
+        let system = System::new(graph, weights);
         let cholesky = Cholesky::analyze(&system.matrix)?;
         Ok(Self { graph, options, system, cholesky, iterations: 0 })
     }
 
+    /// The effort that the options ask for.
+    pub(super) fn full_effort(&self) -> Effort {
+        Effort { iterations: self.options.max_iterations, tolerance: self.options.tolerance }
+    }
+
     /// The minimum of the weighted cost near `nodes`.
-    pub(super) fn descend(&mut self, mut nodes: Vec<Se2>, weights: Vec<f64>) -> Result<State, Error> {
+    pub(super) fn descend(&mut self, mut nodes: Vec<Se2>, weights: Vec<f64>, effort: Effort) -> Result<State, Error> {
         let (mut radius, mut cost) = (f64::INFINITY, self.cost(&nodes, &weights));
-        let mut converged = self.graph.nodes.len() == 1;
-        for _ in 0..self.options.max_iterations {
+        let mut converged = nodes.len() == 1;
+        for _ in 0..effort.iterations {
             if converged {
                 break;
             }
-            let Some(step) = self.step(&nodes, &weights, cost, &mut radius)? else { break };
-            converged = step.promise <= self.options.tolerance * (1.0 + step.cost);
-            (nodes, cost) = (step.nodes, step.cost);
+            let Some(moved) = self.step(&nodes, &weights, cost, &mut radius)? else { break };
+            converged = moved.promise <= effort.tolerance * (1.0 + moved.cost);
+            (nodes, cost) = (moved.nodes, moved.cost);
         }
         Ok(State { nodes, weights, converged })
     }
@@ -88,49 +90,49 @@ impl<'a> Solver<'a> {
         weights: &[f64],
         cost: f64,
         radius: &mut f64,
-    ) -> Result<Option<Step>, Error> {
-        self.system.linearize(nodes, weights);
+    ) -> Result<Option<Moved>, Error> {
         self.iterations += 1;
-        let Some(model) = self.model()? else { return Ok(None) };
-        let whole = model.length(&model.gauss_newton);
-        let promise = dot(&model.gauss_newton, &model.gradient);
-        while *radius >= LEAST_SHARE * whole {
-            let (back, along) = model.dogleg(whole, *radius);
-            let step = model.combine(back, along);
-            let moved = retract(nodes, &step);
+        let Some(model) = self.model(nodes, weights)? else { return Ok(None) };
+        while *radius >= LEAST_SHARE * model.whole {
+            let step = model.step(*radius);
+            let moved = retract(nodes, &step.delta);
             let reached = self.cost(&moved, weights);
-            let gain = (cost - reached) / model.decrease(back, along, &step);
-            let length = model.length(&step);
-            if gain < 0.25 {
-                *radius = length / 2.0;
-            } else if gain > 0.75 {
-                *radius = radius.max(3.0 * length);
+            let gain = (cost - reached) / step.decrease;
+            if gain > 0.75 {
+                *radius = radius.max(3.0 * step.length);
             }
             if reached <= cost * (1.0 + 1e-12) + 1e-18 {
-                return Ok(Some(Step { nodes: moved, cost: reached, promise }));
+                *radius = if gain < 0.25 { step.length / 2.0 } else { *radius };
+                return Ok(Some(Moved { nodes: moved, cost: reached, promise: model.promise }));
             }
-            *radius = radius.min(length / 4.0);
+            *radius = step.length / 4.0;
         }
         Ok(None)
     }
 
-    fn model(&mut self) -> Result<Option<Model>, Error> {
+    fn model(&mut self, nodes: &[Se2], weights: &[f64]) -> Result<Option<Model>, Error> {
+        self.fit_pattern(weights)?;
+        self.system.linearize(nodes, weights);
         if !self.factorize_damped()? {
             return Ok(None);
         }
-        let gradient = self.system.gradient.clone();
-        let gauss_newton = self.cholesky.solve(&gradient)?;
-        let scale: Blocks = self.system.matrix.diagonal.iter().map(|block| block.diagonal()).collect();
-        let uphill: Blocks = gradient.iter().zip(&scale).map(|(g, s)| g.component_div(s)).collect();
-        let bent = self.system.matrix.multiply(&uphill);
-        let share = dot(&gradient, &uphill) / dot(&uphill, &bent);
-        let scaled = |v: Blocks| v.into_iter().map(|x| x * share).collect();
-        let (steepest, curvature) = (scaled(uphill), scaled(bent));
-        Ok(Some(Model { gauss_newton, steepest, gradient, curvature, scale }))
+        let gauss_newton = self.cholesky.solve(&self.system.gradient)?;
+        Ok(Some(Model::new(&self.system.matrix, self.system.gradient.clone(), gauss_newton)))
+    }
+
+    /// Analyses the pattern anew when it lacks an edge that counts or holds many that do not.
+    fn fit_pattern(&mut self, weights: &[f64]) -> Result<(), Error> {
+        if self.system.usage(weights).is_none_or(|share| share < LEAST_USE) {
+            self.system = System::new(self.graph, weights);
+            self.cholesky = Cholesky::analyze(&self.system.matrix)?;
+        }
+        Ok(())
     }
 
     /// Factorises the system, damped as little as it needs; false when nothing helps.
     fn factorize_damped(&mut self) -> Result<bool, Error> {
+        let traces: f64 = self.system.matrix.diagonal.iter().map(Matrix3::trace).sum();
+        let floor = 1e-9 * traces / self.system.matrix.blocks().max(1) as f64;
         let mut damping = 0.0;
         while damping < LAST_DAMPING {
             match self.cholesky.factorize(&self.system.matrix) {
@@ -139,7 +141,6 @@ impl<'a> Solver<'a> {
             }
             damping = (damping * 100.0).max(FIRST_DAMPING);
             for block in &mut self.system.matrix.diagonal {
-                let floor = 1e-9 * block.trace() + f64::MIN_POSITIVE;
                 (0..3).for_each(|k| block[(k, k)] += damping * (block[(k, k)] + floor));
             }
         }
@@ -151,64 +152,27 @@ impl<'a> Solver<'a> {
         self.graph.edges.iter().zip(weights).map(|(e, w)| if *w > 0.0 { w * e.chi_square(nodes) } else { 0.0 }).sum()
     }
 
-    /// The chi-square of every edge.
-    pub(super) fn chi_squares(&self, nodes: &[Se2]) -> Vec<f64> {
-        self.graph.edges.iter().map(|e| e.chi_square(nodes)).collect()
+    /// The covariances of the nodes but node 0 and of the pairs that an edge with a weight in `pattern` joins, when the
+    /// edges count as in `state`.
+    pub(super) fn covariances(&mut self, state: &State, pattern: &[f64]) -> Result<BlockMatrix<3>, Error> {
+        self.fit_pattern(pattern)?;
+        self.system.linearize(&state.nodes, &state.weights);
+        self.cholesky.factorize(&self.system.matrix)?;
+        Ok(self.cholesky.selected_inverse())
     }
 
     /// Whether the edges that were kept hold every node without damping.
     pub(super) fn verify(&mut self, state: &State) -> Result<(), Error> {
+        self.fit_pattern(&state.weights)?;
         self.system.linearize(&state.nodes, &state.weights);
         Ok(self.cholesky.factorize(&self.system.matrix)?)
     }
 
     pub(super) fn solution(&self, state: State) -> Solution {
-        let chi_squares = self.chi_squares(&state.nodes);
         let State { nodes, weights, converged } = state;
+        let chi_squares = self.graph.edges.iter().map(|e| e.chi_square(&nodes)).collect();
         Solution { nodes, chi_squares, weights, iterations: self.iterations, converged }
     }
-}
-
-impl Model {
-    /// Length in the metric D.
-    fn length(&self, step: &Blocks) -> f64 {
-        step.iter().zip(&self.scale).map(|(v, s)| v.component_mul(v).dot(s)).sum::<f64>().sqrt()
-    }
-
-    /// The shares of steepest descent and of Gauss-Newton in the step that the radius allows.
-    fn dogleg(&self, whole: f64, radius: f64) -> (f64, f64) {
-        let first = self.length(&self.steepest);
-        if whole <= radius {
-            return (0.0, 1.0);
-        }
-        if first >= radius {
-            return (radius / first, 0.0);
-        }
-        let inner: f64 = self
-            .steepest
-            .iter()
-            .zip(&self.gauss_newton)
-            .zip(&self.scale)
-            .map(|((a, b), s)| a.component_mul(b).dot(s))
-            .sum();
-        let (a, b, c) =
-            (whole * whole - 2.0 * inner + first * first, inner - first * first, radius * radius - first * first);
-        let along = c / (b + (b * b + a * c).sqrt());
-        (1.0 - along, along)
-    }
-
-    fn combine(&self, back: f64, along: f64) -> Blocks {
-        self.steepest.iter().zip(&self.gauss_newton).map(|(s, d)| s * back + d * along).collect()
-    }
-
-    /// How much the quadratic model falls along `-step`, by `H d = g`.
-    fn decrease(&self, back: f64, along: f64, step: &Blocks) -> f64 {
-        2.0 * dot(&self.gradient, step) - back * dot(&self.curvature, step) - along * dot(&self.gradient, step)
-    }
-}
-
-fn dot(a: &Blocks, b: &Blocks) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
 }
 
 /// The nodes moved by `-delta`; node 0 stays.
