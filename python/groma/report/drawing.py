@@ -45,12 +45,12 @@ WIDTH = 7.2
 _STYLE: dict[Any, Any] = {
     "axes.edgecolor": LINE,
     "axes.labelcolor": MUTED,
-    "axes.labelsize": 9,
+    "axes.labelsize": 9.5,
     "axes.linewidth": 0.8,
     "axes.titlecolor": INK,
     "axes.titlelocation": "left",
     "axes.titlepad": 5,
-    "axes.titlesize": 9.5,
+    "axes.titlesize": 10,
     "axes.unicode_minus": True,
     "lines.linewidth": 1.3,
     "path.simplify": True,
@@ -58,10 +58,10 @@ _STYLE: dict[Any, Any] = {
     "text.color": INK,
     "xtick.color": LINE,
     "xtick.labelcolor": MUTED,
-    "xtick.labelsize": 8.5,
+    "xtick.labelsize": 9,
     "ytick.color": LINE,
     "ytick.labelcolor": MUTED,
-    "ytick.labelsize": 8.5,
+    "ytick.labelsize": 9,
 }
 
 
@@ -129,7 +129,7 @@ def _inline(svg: str, label: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
     body = re.sub(r"<style.*?</style>", "", body, flags=re.DOTALL)
     body = re.sub(r' id="[\w.]+_\d+"|<!--.*?-->', "", body, flags=re.DOTALL)
-    body = re.sub(r"font-family: [^;\"]*; ", "", body)
+    body = re.sub(r"font-family: [^;\"]*; |image-rendering:[a-z-]+;?", "", body)
     for colour, variable in VARIABLES.items():
         body = body.replace(colour, f"var(--{variable})")
     return re.sub(r"\s*\n\s*", "\n", body).strip()

@@ -12,7 +12,7 @@ from groma.mapping import Closure, MapResult
 from groma.report import pictures
 from groma.report.figures import accepted, drift, node_sigmas, path_length, rejected
 from groma.report.page import Html, details, facts, figure, page, section, table, text
-from groma.report.words import angle, bearing, count, duration, is_strained, length, number, place, verdict
+from groma.report.words import angle, bearing, count, duration, length, number, place, strain, verdict
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 
@@ -132,7 +132,7 @@ def _closures(result: MapResult) -> Html:
     keys = [("accepted", "dot", f"accepted ({len(good)})"), ("rejected", "cross", f"rejected ({len(bad)})")]
     parts = [figure(pictures.closures(result), caption, keys)]
     if good:
-        parts.append(_closure_table(result, sorted(good, key=lambda c: -c.residual_m), "Accepted"))
+        parts.append(_closure_table(result, sorted(good, key=strain, reverse=True), "Accepted"))
     if bad:
         parts += [_reasons(bad), _closure_table(result, sorted(bad, key=lambda c: -c.overlap), "Rejected")]
     return section("Loop closures", *parts)
@@ -202,7 +202,7 @@ def _uncertainty(result: MapResult) -> Html:
         "How well the edges of the pose graph agree with the final poses, in units of their own uncertainty: in the "
         "mean 1 or less when the uncertainties are honest, well above 1 when they are too small."
     )
-    if is_strained(result):
+    if any(strain(closure) > 1 for closure in accepted(result)):
         note += " Some closures are violated: see their table."
     head = ["edge ", "number", "mean χ²/3", "worst χ²/3"]
     return section("Are the uncertainties honest?", text("p", note), table(head, rows))

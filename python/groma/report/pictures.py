@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 LARGEST_IMAGE = 1400
 """Pixels along a side: twice what the page shows."""
+SMALLEST_IMAGE = 700
+"""Smaller maps are enlarged, for the page smooths what it scales."""
 NUMBERED = 12
 """Weak spots that bear a number in the map."""
 
@@ -129,6 +131,8 @@ def _image(grid: OccupancyGrid) -> tuple[NDArray[np.uint8], tuple[float, float, 
     image[..., 3] = np.select([cells < 0, cells >= 65], [_UNKNOWN, _WALL], 0)
     x, y, size = *grid.origin, grid.resolution
     height, width = (length * factor * size for length in cells.shape)
+    enlarged = -(-SMALLEST_IMAGE // max(cells.shape))
+    image = image.repeat(enlarged, axis=0).repeat(enlarged, axis=1)
     return image, (x + left * size, x + left * size + width, y + bottom * size, y + bottom * size + height)
 
 

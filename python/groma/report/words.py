@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from groma.mapping import MapResult, WeakSpot
+from groma.mapping import Closure, MapResult, WeakSpot
 from groma.report.figures import accepted
 
 STRAINED_M = 0.2
@@ -64,24 +64,26 @@ def verdict(result: MapResult) -> str:
     return f"{_consistency(result)}{_weakness(result.weak)}."
 
 
-def is_strained(result: MapResult) -> bool:
-    """Tell whether an accepted closure is violated."""
-    return any(c.residual_m > STRAINED_M or abs(c.residual_rad) > STRAINED_RAD for c in accepted(result))
+def strain(closure: Closure) -> float:
+    """Return what is left of a closure as a share of what is allowed; above 1 it is violated."""
+    return max(closure.residual_m / STRAINED_M, abs(closure.residual_rad) / STRAINED_RAD)
 
 
 def _consistency(result: MapResult) -> str:
     good = accepted(result)
     if not good:
         return "No loop was closed, so that only registration from scan to scan holds the map together"
-    worst = max(good, key=lambda closure: closure.residual_m)
-    if is_strained(result):
-        torn = sum(c.residual_m > STRAINED_M or abs(c.residual_rad) > STRAINED_RAD for c in good)
+    worst = max(good, key=strain)
+    torn = sum(strain(closure) > 1 for closure in good)
+    if torn:
         return (
-            f"The map is strained: {torn} of {count(len(good), 'loop closure')} disagree with it, the worst by "
-            f"{length(worst.residual_m)} near {place(worst.to_xy)}; look for doubled walls there"
+            f"The map is strained: of {count(len(good), 'loop closure')} {torn} cannot be met, the worst by "
+            f"{length(worst.residual_m)} and {angle(abs(worst.residual_rad))} near {place(worst.to_xy)}, where walls may "
+            "be doubled"
         )
     agree = "agrees" if len(good) == 1 else "agree"
-    return f"The map is consistent: {count(len(good), 'loop closure')} {agree} with it to {length(worst.residual_m)}"
+    largest = max(closure.residual_m for closure in good)
+    return f"The map is consistent: {count(len(good), 'loop closure')} {agree} with it to {length(largest)}"
 
 
 def _weakness(weak: tuple[WeakSpot, ...]) -> str:
