@@ -78,8 +78,8 @@ def _consistency(result: MapResult) -> str:
     if torn:
         return (
             f"The map is strained: of {count(len(good), 'loop closure')} {torn} cannot be met, the worst by "
-            f"{length(worst.residual_m)} and {angle(abs(worst.residual_rad))} near {place(worst.to_xy)}, where walls may "
-            "be doubled"
+            f"{length(worst.residual_m)} and {angle(abs(worst.residual_rad))} near {place(worst.to_xy)}, where walls "
+            "may be doubled"
         )
     agree = "agrees" if len(good) == 1 else "agree"
     largest = max(closure.residual_m for closure in good)
