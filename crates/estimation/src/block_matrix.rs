@@ -2,7 +2,7 @@
 //!
 //! Only the diagonal and the upper blocks are stored: block `(i, j)` with `i < j`; block `(j, i)` is its transpose.
 
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// A symmetric matrix in blocks.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +48,17 @@ impl<const B: usize> BlockMatrix<B> {
     pub fn clear(&mut self) {
         self.diagonal.fill(SMatrix::zeros());
         self.upper.fill(SMatrix::zeros());
+    }
+
+    /// The product `A x`, with x in blocks and as many of them as block rows.
+    #[must_use]
+    pub fn multiply(&self, x: &[SVector<f64, B>]) -> Vec<SVector<f64, B>> {
+        let mut product: Vec<_> = self.diagonal.iter().zip(x).map(|(block, x)| block * x).collect();
+        for (&(i, j), block) in self.pairs.iter().zip(&self.upper) {
+            product[i] += block * x[j];
+            product[j] += block.tr_mul(&x[i]);
+        }
+        product
     }
 
     /// The same matrix, dense.

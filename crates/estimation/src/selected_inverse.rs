@@ -14,26 +14,42 @@
 use crate::sparse::Supernode;
 use nalgebra::{DMatrix, DMatrixView, SMatrix};
 
-/// The B x B diagonal blocks of Z, in the order of elimination.
-pub(crate) fn diagonal_blocks<const B: usize>(supernodes: &[Supernode<'_>]) -> Vec<SMatrix<f64, B, B>> {
-    let n = supernodes.last().map_or(0, |s| s.start + s.columns);
-    let mut owner = vec![0; n];
-    for (s, node) in supernodes.iter().enumerate() {
-        owner[node.start..node.start + node.columns].fill(s);
+/// The entries of Z, a panel a supernode: `Z_ss` over `Z_Rs`.
+pub(crate) struct SelectedInverse<'a> {
+    supernodes: &'a [Supernode<'a>],
+    /// The supernode of each column.
+    owner: Vec<usize>,
+    panels: Vec<DMatrix<f64>>,
+}
+
+impl<'a> SelectedInverse<'a> {
+    pub(crate) fn new(supernodes: &'a [Supernode<'a>]) -> Self {
+        let columns = supernodes.last().map_or(0, |s| s.start + s.columns);
+        let mut owner = vec![0; columns];
+        for (s, node) in supernodes.iter().enumerate() {
+            owner[node.start..node.start + node.columns].fill(s);
+        }
+        let mut panels = vec![DMatrix::zeros(0, 0); supernodes.len()];
+        for (s, node) in supernodes.iter().enumerate().rev() {
+            let known = gather(node, supernodes, &panels, &owner);
+            panels[s] = panel(node, &known);
+        }
+        Self { supernodes, owner, panels }
     }
-    let mut panels: Vec<DMatrix<f64>> = vec![DMatrix::zeros(0, 0); supernodes.len()];
-    for s in (0..supernodes.len()).rev() {
-        let known = gather(&supernodes[s], supernodes, &panels, &owner);
-        panels[s] = panel(&supernodes[s], &known);
-    }
-    let blocks = (0..n / B).map(|k| {
+
+    /// Block `(p, q)` in the order of elimination; it must lie on the pattern of `L + L^T`.
+    pub(crate) fn block<const B: usize>(&self, p: usize, q: usize) -> SMatrix<f64, B, B> {
         SMatrix::from_fn(|r, c| {
-            let (row, column) = (k * B + r.max(c), k * B + r.min(c));
-            let s = owner[column];
-            panels[s][(local(&supernodes[s], row), column - supernodes[s].start)]
+            let (row, column) = (p * B + r, q * B + c);
+            self.entry(row.max(column), row.min(column))
         })
-    });
-    blocks.collect()
+    }
+
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        let s = self.owner[column];
+        let node = &self.supernodes[s];
+        self.panels[s][(local(node, row), column - node.start)]
+    }
 }
 
 /// `Z_ss` over `Z_Rs`, from the known `Z_RR`.

@@ -121,12 +121,20 @@ impl<const B: usize> Cholesky<B> {
         Ok(self.place.iter().map(|&p| SVector::from_column_slice(&x[p * B..(p + 1) * B])).collect())
     }
 
-    /// The diagonal blocks of `A^-1`: the marginal covariances when A is an information matrix.
+    /// The blocks of `A^-1` on the pattern of A: marginal covariances and those of coupled pairs when A is an
+    /// information matrix.
     #[must_use]
-    pub fn inverse_diagonal(&self) -> Vec<SMatrix<f64, B, B>> {
+    pub fn selected_inverse(&self) -> BlockMatrix<B> {
         let supernodes: Vec<_> = (0..self.symbolic.n_supernodes()).map(|s| self.supernode(s)).collect();
-        let in_order = selected_inverse::diagonal_blocks::<B>(&supernodes);
-        self.place.iter().map(|&p| in_order[p]).collect()
+        let inverse = selected_inverse::SelectedInverse::new(&supernodes);
+        let mut selected = BlockMatrix::zeros(self.place.len(), self.pairs.iter().copied());
+        for (block, &p) in selected.diagonal.iter_mut().zip(&self.place) {
+            *block = inverse.block(p, p);
+        }
+        for (block, &(i, j)) in selected.upper.iter_mut().zip(&self.pairs) {
+            *block = inverse.block(self.place[i], self.place[j]);
+        }
+        selected
     }
 
     /// Number of stored entries of L, zeros of the panels included.

@@ -2,7 +2,7 @@
 //!
 //! The cost of a robust edge is `min(r^2, c^2)`, with `r^2` its chi-square. Graduated non-convexity puts a surrogate
 //! with a parameter mu in its place, nearly convex for small mu and equal to the truncated cost for large mu, and
-//! alternates a weighted descent step with the weights
+//! alternates a short weighted descent with the weights
 //!
 //! ```text
 //! w = 0                              r^2 >= (mu + 1)/mu c^2
@@ -29,6 +29,9 @@ const LAST_CONTROL: f64 = 100.0;
 const MAX_ROUNDS: usize = 20;
 /// Enough to see which edges fit.
 const BRIEF: Effort = Effort { iterations: 12, tolerance: 1e-3 };
+
+/// Towards the minimum of one surrogate; the next one moves it anyway.
+const GRADUAL: Effort = Effort { iterations: 3, tolerance: 1e-2 };
 
 /// The minimum of the truncated cost.
 pub(super) fn minimize(solver: &mut Solver<'_>) -> Result<State, Error> {
@@ -79,7 +82,7 @@ fn graduate(solver: &mut Solver<'_>, state: State) -> Result<State, Error> {
     let mut control = limit / (2.0 * worst - limit);
     while control < LAST_CONTROL {
         let weights = graduated_weights(solver, &nodes, control);
-        nodes = solver.descend(nodes, weights, Effort { iterations: 3, tolerance: 1e-2 })?.nodes;
+        nodes = solver.descend(nodes, weights, GRADUAL)?.nodes;
         control *= solver.options.convexity_step;
     }
     Ok(State { nodes, weights: state.weights, converged: false })
