@@ -122,9 +122,7 @@ def thinned(xy: Array, step: float) -> Array:
 def _inline(svg: str, label: str) -> str:
     body = svg[svg.index("<svg") :]
     box = re.search(r'viewBox="[^"]*"', body)
-    head = (
-        f'<svg role="img" aria-label="{label}" {box.group() if box else ""} xmlns:xlink="http://www.w3.org/1999/xlink">'
-    )
+    head = f'<svg role="img" preserveAspectRatio="xMinYMid" aria-label="{label}" {box.group() if box else ""} xmlns:xlink="http://www.w3.org/1999/xlink">'
     body = head + body[body.index(">") + 1 :]
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
     body = re.sub(r"<style.*?</style>", "", body, flags=re.DOTALL)
