@@ -17,6 +17,7 @@ mod options;
 mod rigid_fit;
 mod surroundings;
 #[cfg(test)]
+#[path = "../tests/noise/mod.rs"]
 mod test_noise;
 
 pub use keypoint::Keypoint;

@@ -1,6 +1,6 @@
 //! From ranges to keypoints, with tables and workspace that last from scan to scan.
 
-use super::corner::{self, Corner};
+use super::corner::{Corner, Resolution, locate, on_beam};
 use super::layout::{Layout, PaddedRanges};
 use super::neighbourhood::{Arms, LANES, is_corner, relative, sweep};
 use super::options::Options;
@@ -148,9 +148,8 @@ impl Detector {
         let (rho, radius) = (self.work.ranges.at(index), self.radius(index));
         let arms = &mut self.work.arms;
         arms.gather(&self.work.ranges, index, radius, self.layout.reach_at(radius / rho), &self.layout);
-        let (sigma, spacing) = (self.options.range_noise, rho * self.layout.step);
-        let corner =
-            if self.options.sub_beam { corner::locate(arms, sigma, spacing) } else { corner::on_beam(sigma, spacing) };
+        let resolution = Resolution { sigma: self.options.range_noise, spacing: rho * self.layout.step, radius };
+        let corner = if self.options.sub_beam { locate(arms, &resolution) } else { on_beam(&resolution) };
         let opening = arms.opening();
         self.in_laser_frame(index, rho, radius, corner, opening.y.atan2(opening.x))
     }
