@@ -64,6 +64,8 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     corner_radius: float
     ahead: float
     """Distance of the point that is steered to [m]."""
+    sway: float
+    """How far the vehicle sways to either side of its path [m]."""
 
 
 class Scanner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -105,6 +105,7 @@ impl Scenario {
         let at_least_zero = [
             ("clearance", self.clearance),
             ("limits.corner_radius", limits.corner_radius),
+            ("limits.sway", limits.sway),
             ("scanner.time_increment", scanner.time_increment),
             ("scanner.range_min", scanner.range_min),
             ("scanner.sigma", scanner.sigma),
@@ -179,7 +180,7 @@ fn warehouse(rooms: Scenario) -> Scenario {
         building: Building::Warehouse,
         vehicle: Vehicle::Tricycle { radius: 0.12, wheelbase: 1.35, steering_offset: 0.0 },
         clearance: 0.6,
-        limits: Limits { speed: 1.2, turn_rate: 0.7, corner_radius: 1.8, ahead: 0.8, ..Limits::default() },
+        limits: Limits { speed: 1.2, turn_rate: 0.7, corner_radius: 1.8, ahead: 0.8, sway: 0.1, ..Limits::default() },
         scanner: Scanner {
             mount: [1.1, 0.0, 0.0],
             period,

@@ -1,5 +1,7 @@
 //! The named scenarios: drivable for many seeds, reproducible, and as hard as they say.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly")]
+
 use groma_simulation::scenario::SCENES;
 use groma_simulation::{Scanner, Scenario, Simulated, SimulationError, simulate};
 
@@ -21,7 +23,7 @@ fn final_error(simulated: &Simulated) -> f64 {
 
 #[test]
 fn every_building_can_be_driven_through() {
-    for seed in 1..=20 {
+    for seed in 1..=8 {
         for name in ["rooms", "turns", "warehouse"] {
             assert!(length(&drive_of(name, seed)) > 350.0, "{name} with seed {seed}");
         }

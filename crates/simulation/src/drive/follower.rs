@@ -3,18 +3,25 @@
 //! Pure pursuit: with the point of the path `ahead` metres further on at distance d and bearing beta seen from the
 //! vehicle, the curvature is `2 sin(beta) / d` (R. C. Coulter, CMU-RI-TR-92-01, 1992). The speed is the least of the
 //! limit, `rate / curvature`, and `sqrt(2 a remaining)`; speed and turn rate change no faster than their accelerations allow.
+//! The point steered to sways about the path, `sway sin(2 pi s / 9 m)`, and the vehicle starts askew: nobody drives along
+//! a line, and a start along a wall would flatter whoever maps on a grid.
 //! At the end of a leg the vehicle stops, waits, and, if it can, turns on the spot towards the next leg.
 
 use super::route::{Path, Route};
 use crate::error::SimulationError;
 use groma_geometry::{Se2, wrap};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// A leg is done when so little of it remains [m].
 const ARRIVED: f64 = 0.01;
 /// A turn on the spot is done when so little of it remains [rad].
 const ALIGNED: f64 = 0.005;
+/// Length of one sway [m].
+const SWAY_LENGTH: f64 = 9.0;
+/// By how much the vehicle stands askew at the start [rad].
+const ASKEW: f64 = 0.3;
 /// A vehicle that takes this many times the ideal time is not following [1].
 const PATIENCE: f64 = 20.0;
 
@@ -36,6 +43,8 @@ pub struct Limits {
     pub corner_radius: f64,
     /// Distance of the point that is steered to [m].
     pub ahead: f64,
+    /// How far the vehicle sways to either side of its path [m].
+    pub sway: f64,
 }
 
 impl Default for Limits {
@@ -48,6 +57,7 @@ impl Default for Limits {
             turn_acceleration: 2.5,
             corner_radius: 0.6,
             ahead: 0.35,
+            sway: 0.05,
         }
     }
 }
@@ -78,7 +88,7 @@ impl Drive {
         let paths = route.paths(limits.corner_radius);
         let (first, _) = paths.first().ok_or(SimulationError::EmptyRoute)?;
         let start = first.at(0.0);
-        let mut drive = Self::from(Se2::new(start.x, start.y, first.heading(0.0)), limits.step);
+        let mut drive = Self::from(Se2::new(start.x, start.y, first.heading(0.0) + ASKEW), limits.step);
         for (leg, (path, pause)) in paths.iter().enumerate() {
             let aligned = !spot || drive.turn_to(path.heading(0.0), limits);
             if !aligned || !drive.follow(path, limits) {
@@ -134,7 +144,7 @@ impl Drive {
     }
 
     fn turn_to(&mut self, heading: f64, limits: &Limits) -> bool {
-        let most = (PATIENCE * std::f64::consts::TAU / limits.turn_rate / limits.step) as usize;
+        let most = (PATIENCE * TAU / limits.turn_rate / limits.step) as usize;
         for _ in 0..most {
             let left = wrap(heading - self.here().theta());
             if left.abs() < ALIGNED {
@@ -165,13 +175,20 @@ impl Drive {
 
 /// Speed and turn rate towards the point of `path` that lies ahead of `s`.
 fn pursue(path: &Path, s: f64, here: &Se2, [v0, w0]: [f64; 2], limits: &Limits) -> [f64; 2] {
-    let target = here.inverse().act(path.at(s + limits.ahead));
+    let target = here.inverse().act(swaying(path, s + limits.ahead, limits.sway));
     let curvature = 2.0 * target.y / target.norm_squared().max(1e-9);
     let brake = (2.0 * limits.acceleration * (path.length() - s)).sqrt();
     let wanted = limits.speed.min(limits.turn_rate / curvature.abs().max(1e-9)).min(brake);
     let v = ramp(v0, wanted, limits.acceleration * limits.step);
     let w = (v * curvature).clamp(-limits.turn_rate, limits.turn_rate);
     [v, ramp(w0, w, limits.turn_acceleration * limits.step)]
+}
+
+/// The point after `s` metres, swayed aside.
+fn swaying(path: &Path, s: f64, sway: f64) -> Vector2<f64> {
+    let aside = sway * (TAU * s.min(path.length()) / SWAY_LENGTH).sin();
+    let (sin, cos) = path.heading(s).sin_cos();
+    path.at(s) + Vector2::new(-sin, cos) * aside
 }
 
 fn ramp(from: f64, to: f64, most: f64) -> f64 {
