@@ -26,3 +26,21 @@ def pose_graph_marginals(
     information: NDArray[np.float64],
     weights: NDArray[np.float64],
 ) -> NDArray[np.float64]: ...
+
+class SimulatedArrays:
+    scan_stamps: NDArray[np.float64]
+    scan_poses: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+    intensities: NDArray[np.float64]
+    odometry_stamps: NDArray[np.float64]
+    odometry: NDArray[np.float64]
+    joint_names: tuple[str, str]
+    joints: NDArray[np.float64]
+    truth: NDArray[np.float64]
+    stalls: NDArray[np.float64]
+    segments: NDArray[np.float64]
+    circles: NDArray[np.float64]
+
+def simulation_scenes() -> list[str]: ...
+def simulation_scenario(scene: str, seed: int) -> str: ...
+def simulate_scenario(scenario: str) -> SimulatedArrays: ...

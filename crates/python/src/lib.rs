@@ -1,11 +1,13 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
 mod pose_graph;
+mod simulation;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     pose_graph::register(m)?;
+    simulation::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }
