@@ -141,7 +141,7 @@ class Simulated:
     """(K, 3) ``T_odom_base``, the identity at the start."""
     joint_names: tuple[str, str]
     joints: Array
-    """(K, 2) wheel angles, or angle of the driven wheel and steering angle held since the last stamp [rad]."""
+    """(K, 2) wheel angles, or angle of the driven wheel and steering angle of the last step of the drive [rad]."""
     scan_stamps: Array
     """(S,) [s]."""
     scan_truth: Array
