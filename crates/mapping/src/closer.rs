@@ -40,8 +40,10 @@ const DIRECT: (f64, f64) = (0.4, 0.12);
 /// Least score of a peak, and share of the best that another must reach to be looked at.
 const PEAK: (f64, f64) = (0.3, 0.85);
 const MOST_PEAKS: usize = 4;
-/// Least overlap, share on surfaces and common view of a closure.
-const LEAST: (f64, f64, f64) = (0.85, 0.35, 0.3);
+/// Least overlap of a closure.
+const OVERLAP: f64 = 0.85;
+/// Least share on surfaces and in common view: where the place was known, and where the window was at its widest.
+const SUPPORT: (f64, f64) = (0.2, 0.35);
 /// Another pose in the window whose overlap comes this close makes it ambiguous.
 const RIVAL: f64 = 0.05;
 /// Standard deviation along the weakest direction beyond which a closure slides [m].
@@ -188,7 +190,7 @@ impl Closer {
     fn examine(&self, c: &Candidate, keyframes: &[Keyframe]) -> Option<Closure> {
         let (a, b) = (&self.maps[c.a], &self.maps[c.b]);
         let p = &c.covariance;
-        let reach = (3.0 * (p[(0, 0)] + p[(1, 1)]).sqrt()).clamp(REACH.0, REACH.1);
+        let reach = reach(p);
         let turn = (3.0 * p[(2, 2)].sqrt()).clamp(TURN.0, TURN.1);
         let starts = if reach <= DIRECT.0 && turn <= DIRECT.1 {
             vec![c.predicted]
@@ -243,7 +245,9 @@ impl Closer {
 }
 
 fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
-    if best.overlap < LEAST.0 || best.share < LEAST.1 || best.common < LEAST.2 {
+    let searched = (reach(&c.covariance) / REACH.1).min(1.0);
+    let support = SUPPORT.0 + (SUPPORT.1 - SUPPORT.0) * searched;
+    if best.overlap < OVERLAP || best.share < support || best.common < support {
         return Verdict::NoOverlap;
     }
     let elsewhere = |o: &&Check| {
@@ -263,6 +267,11 @@ fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
         return Verdict::Slides;
     }
     Verdict::Accepted
+}
+
+/// Half the edge of the window that holds the true pose, within what is searched [m].
+fn reach(covariance: &Matrix3<f64>) -> f64 {
+    (3.0 * (covariance[(0, 0)] + covariance[(1, 1)]).sqrt()).clamp(REACH.0, REACH.1)
 }
 
 /// The information of a closure with the least covariance added.

@@ -25,7 +25,7 @@ use std::collections::VecDeque;
 /// Share of a new innovation in the running mean.
 const LEARNING: f64 = 0.03;
 /// Bounds of the learned variance factor, of odometry and of a going-on velocity.
-const ODOMETRY_FACTOR: (f64, f64) = (0.1, 30.0);
+const ODOMETRY_FACTOR: (f64, f64) = (2.0, 30.0);
 const VELOCITY_FACTOR: (f64, f64) = (0.25, 4.0);
 /// Wheels slip and odometry jumps; a vehicle does not.
 const ODOMETRY_DOF: f64 = 4.0;

@@ -13,7 +13,9 @@ use crate::keyframe::Keyframe;
 use crate::motion::MotionModel;
 use crate::offset::Offset;
 use groma_geometry::Se2;
-use groma_registration::{Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Window, align};
+use groma_registration::{
+    Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Visibility, Window, align,
+};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// A new keyframe is due after this much motion [m], [rad].
@@ -26,6 +28,11 @@ const WIDE: (f64, f64) = (0.25, 0.15);
 const DOUBT: f64 = 0.8;
 /// Squared Mahalanobis distance from the prior beyond which a registration is doubted.
 const SURPRISE: f64 = 16.0;
+/// How likely it is that, of a scan and odometry that contradict each other, the scan is wrong.
+const WRONG_WAY: f64 = 0.05;
+/// What a point that was seen through adds to the negative log posterior of a pose, and how many keyframes are asked.
+const CONTRADICTION: f64 = 0.3;
+const WITNESSES: usize = 3;
 /// Cell [m] and levels of the search field; range of the points that enter it [m].
 const FIELD: (f64, usize, f64) = (0.1, 3, 30.0);
 /// Drift of registration to a local map that its own covariance does not tell: [m per sqrt m], [rad per sqrt m].
@@ -99,7 +106,7 @@ impl Tracker {
             Some(u) => self.model.from_odometry(&last, &self.offset.apply(&u)),
             None => self.model.from_velocity(&last, seconds),
         };
-        let found = self.register(&view.scan, &prior, &last, seconds);
+        let found = self.register(&view, &prior, &last, seconds, keyframes);
         let surprised = prior.distance_sq(&found.pose) > SURPRISE;
         let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
         if good {
@@ -109,7 +116,7 @@ impl Tracker {
             }
             self.usual_share += 0.05 * (found.share - self.usual_share);
         }
-        self.advance(stamp, &found, &prior, surprised && good);
+        self.advance(stamp, &found, &prior, surprised);
         self.keep(stamp, view, &found, surprised, keyframes)
     }
 
@@ -124,22 +131,23 @@ impl Tracker {
     }
 
     /// The best alignment of the scan, in the tracked frame.
-    fn register(&self, scan: &SurfaceScan, prior: &Prior, last: &Se2, seconds: f64) -> Alignment {
+    fn register(&self, view: &PolarView, prior: &Prior, last: &Se2, seconds: f64, keyframes: &[Keyframe]) -> Alignment {
+        let scan = &view.scan;
         let map = &self.growing[0];
         let to_map = map.anchor.inverse();
         let local = Prior { pose: to_map * prior.pose, ..prior.clone() };
-        let mut best = align(scan, &map.surfaces, local.pose, Some(&local));
+        let mut found = vec![align(scan, &map.surfaces, local.pose, Some(&local))];
         let wide = prior.information[(0, 0)] < WIDE.0.powi(-2) || prior.information[(2, 2)] < WIDE.1.powi(-2);
-        let doubtful = best.share < DOUBT * self.usual_share || local.distance_sq(&best.pose) > SURPRISE;
+        let doubtful = found[0].share < DOUBT * self.usual_share || local.distance_sq(&found[0].pose) > SURPRISE;
         if wide || doubtful {
             let coasting = last.plus(self.velocity() * seconds.min(2.0));
-            for start in self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior) {
-                let other = align(scan, &map.surfaces, start, Some(&local));
-                if other.cost < best.cost {
-                    best = other;
-                }
+            let starts = self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior);
+            found.extend(starts.iter().map(|start| align(scan, &map.surfaces, *start, Some(&local))));
+            for a in &mut found {
+                a.cost += CONTRADICTION * contradictions(view, &(map.anchor * a.pose), keyframes) as f64;
             }
         }
+        let mut best = choose(found);
         best.pose = map.anchor * best.pose;
         best
     }
@@ -177,7 +185,11 @@ impl Tracker {
         let last = self.pose.unwrap_or(Se2::IDENTITY);
         let moved = last.between(&found.pose);
         let believed = if distrust { prior.information * 0.01 } else { prior.information };
-        let spread = (found.information + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let mut spread = (found.information + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
+        if distrust {
+            let e = prior.pose.minus(&found.pose);
+            spread += e * e.transpose() * WRONG_WAY;
+        }
         let d = moved.translation.norm() + 0.3 * moved.theta().abs();
         let drift = Vector3::new(DRIFT.0 * DRIFT.0 * d, DRIFT.0 * DRIFT.0 * d, DRIFT.1 * DRIFT.1 * d);
         let ad = moved.inverse().adjoint();
@@ -248,6 +260,40 @@ impl Tracker {
         let map = std::mem::take(&mut self.growing).into_iter().next()?;
         Some(Finished { keyframes: map.first..keyframes, map })
     }
+}
+
+/// How many points of a scan at `pose` recent keyframes saw through, and how many of theirs it sees through.
+fn contradictions(view: &PolarView, pose: &Se2, keyframes: &[Keyframe]) -> usize {
+    let through = |by: &PolarView, points: &SurfaceScan, t: Se2| {
+        points.points.iter().filter(|p| by.visibility(t.act(**p)) == Visibility::SeenThrough).count()
+    };
+    let recent = keyframes.iter().rev().step_by(2).take(WITNESSES);
+    recent
+        .map(|k| {
+            let t = k.tracked.between(pose);
+            through(&k.view, &view.scan, t) + through(view, &k.view.scan, t.inverse())
+        })
+        .sum()
+}
+
+/// The alignment of highest posterior, its covariance widened by the others as far as they compete with it.
+fn choose(mut found: Vec<Alignment>) -> Alignment {
+    found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut best = found[0].clone();
+    let mut scatter = Matrix3::zeros();
+    let mut weight = 1.0;
+    for other in &found[1..] {
+        let e = other.pose.minus(&best.pose);
+        let w = (best.cost - other.cost).exp();
+        scatter += e * e.transpose() * w;
+        weight += w;
+    }
+    scatter /= weight;
+    if scatter.trace() > 1e-6 {
+        let covariance = (best.information + Matrix3::identity() * 1e-2).try_inverse().unwrap_or_else(Matrix3::zeros);
+        best.information = (covariance + scatter).try_inverse().unwrap_or(best.information);
+    }
+    best
 }
 
 /// Standard deviation along the weakest direction of the position [m] and that direction [rad].

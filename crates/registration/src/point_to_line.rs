@@ -29,6 +29,8 @@ pub const NORMAL_AGREEMENT: f64 = 0.7;
 const INDEPENDENCE: f64 = 0.1;
 /// Bounds of the residual scale [m].
 const SCALE: (f64, f64) = (0.008, 0.08);
+/// Residual scale at which alignments are compared [m].
+const COMPARED: f64 = 0.03;
 /// Cauchy's tuning constant: 95 % efficiency for Gaussian residuals.
 const CAUCHY: f64 = 2.385;
 /// Radii of the search for surfaces, one after the other [m]; the last is repeated.
@@ -151,12 +153,17 @@ fn accumulate(matches: &[Match], points: usize) -> Normal {
         let w = per_variance / (1.0 + u);
         hessian += m.row * m.row.transpose() * w;
         gradient += m.row * (w * m.residual);
-        cost += 0.5 * CAUCHY * CAUCHY * u.ln_1p();
+        cost += loss(m.residual);
         matched += usize::from(m.residual.abs() < 3.0 * scale);
     }
     // A point without a surface costs as much as one at the edge of the search: matches are never a burden.
-    cost += (points - matches.len()) as f64 * 0.5 * CAUCHY * CAUCHY * (0.15f64 / (CAUCHY * SCALE.0)).powi(2).ln_1p();
+    cost += (points - matches.len()) as f64 * loss(RADII[RADII.len() - 1]);
     Normal { hessian, gradient, matched, cost, scale }
+}
+
+/// The loss by which alignments are compared, of one scale for all of them.
+fn loss(residual: f64) -> f64 {
+    0.5 * CAUCHY * CAUCHY * (residual / (CAUCHY * COMPARED)).powi(2).ln_1p()
 }
 
 /// 1.48 times the median absolute residual, within the bounds.
