@@ -30,6 +30,8 @@ RANGE_MIN = 0.01
 """Readings below are no surface: scanners report 0 for a failed beam [m]."""
 LONGEST_KNOWN = 81.7
 """No scanner of these logs measures farther; taken when nothing else tells [m]."""
+SHORTEST_KNOWN = 3.5
+"""Every scanner sees farther; a log whose longest reading is shorter was taken in a narrow place [m]."""
 
 _STEPS_DEG = {
     **dict.fromkeys((180, 181), 1.0),
@@ -90,9 +92,9 @@ def infer_no_return(scans: Sequence[Array], positions: Sequence[tuple[float, flo
     """Return the range from which on a reading means "no return", or None when nothing stands out.
 
     Let M be the longest finite reading. Readings are a code, not a surface, when either M is one of SICK's flag
-    values, or the band ``0.99 M .. M`` holds at least ten readings, more than five times as many as any of the nine
-    bands of 1 % below it, and they were seen from places more than ``0.05 M`` apart: a far wall would have changed
-    its distance. The code is a cluster (51.10, 51.15, 51.16 in one file), so its lower end is returned: the smallest
+    values, or M is at least ``SHORTEST_KNOWN``, the band ``0.99 M .. M`` holds at least ten readings, more than five
+    times as many as any of the nine bands of 1 % below it, and they were seen from places more than ``0.05 M`` apart:
+    a far wall would have changed its distance. The code is a cluster (51.10, 51.15, 51.16 in one file), so its lower end is returned: the smallest
     value of the band that occurs at least 3 times and makes up at least 0.1 % of it.
 
     Parameters
@@ -110,7 +112,7 @@ def infer_no_return(scans: Sequence[Array], positions: Sequence[tuple[float, flo
     for low, high in _SICK_FLAGS:
         if low <= top <= high:
             return low
-    if top <= RANGE_MIN or not _stands_out(readings, top) or not _seen_apart(finite, positions, top):
+    if top < SHORTEST_KNOWN or not _stands_out(readings, top) or not _seen_apart(finite, positions, top):
         return None
     return _lower_end(readings[readings >= 0.99 * top])
 

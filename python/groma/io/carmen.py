@@ -76,7 +76,7 @@ class CarmenRecording:
 
     def _scan(self, tag: str, tokens: Tokens, index: int, mounts: dict[str, Pose]) -> Iterator[Message]:
         line = SCAN_PARSERS[tokens[0]](tokens)
-        stamp = self._stamp(line.stamps, index)
+        stamp = self._stamp(tag, line.stamps, index)
         frame = frame_of(tag)
         if line.laser and line.robot and self._survey.scans[tag].mount is not None:
             mount = mount_of(line.laser, line.robot)
@@ -93,14 +93,15 @@ class CarmenRecording:
 
     def _odom(self, tokens: Tokens, scans_before: int) -> Odometry:
         pose, stamps = parse_odom(tokens)
-        return Odometry(self._stamp(stamps, scans_before), "ODOM", *pose)
+        return Odometry(self._stamp("ODOM", stamps, scans_before), "ODOM", *pose)
 
-    def _stamp(self, stamps: Tokens, index: int) -> float:
+    def _stamp(self, tag: str, stamps: Tokens, index: int) -> float:
         clock = self._survey.clock
+        usual = self._survey.stamp_fields.get(tag, len(stamps))
+        if len(stamps) != usual or (clock != "none" and usual < (2 if clock == "ipc" else 3)):
+            raise LineError(f"{len(stamps)} fields for the time at its end, not as the other lines")
         if clock == "none":
             return index * SYNTHETIC_PERIOD
-        if len(stamps) < (2 if clock == "ipc" else 3):
-            raise LineError("the times at the end of the line are missing")
         if clock == "seconds and microseconds":
             return number(stamps[0], "seconds") + 1e-6 * number(stamps[2], "microseconds")
         stamp = number(stamps[0 if clock == "ipc" else 2], "time")

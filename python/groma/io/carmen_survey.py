@@ -72,6 +72,8 @@ class Survey:
     parameters: dict[str, str]
     clock: str
     """``ipc``, ``logger``, ``seconds and microseconds`` or ``none``."""
+    stamp_fields: dict[str, int]
+    """Fields that most lines of a tag have at their end for the times."""
     scans: dict[str, ScanTraits]
 
 
@@ -86,7 +88,10 @@ def survey(path: Path) -> Survey:
     look = _Look()
     whole = look.through(path)
     scans = {tag.decode(): _traits(tag, sample) for tag, sample in look.samples.items()}
-    return Survey(look.counts, whole, look.parameters, choose_clock(look.stamps()), scans)
+    usual = {
+        tag.decode(): Counter(map(len, look.stamps(tag))).most_common(1)[0][0] for tag in look.first if look.stamps(tag)
+    }
+    return Survey(look.counts, whole, look.parameters, choose_clock(look.main_stamps()), usual, scans)
 
 
 class _Look:
@@ -121,11 +126,14 @@ class _Look:
         elif tag == b"PARAM":
             _take_parameter(line, self.parameters)
 
-    def stamps(self) -> list[Tokens]:
+    def main_stamps(self) -> list[Tokens]:
         """Return the stamp fields of the first successive lines of a scan tag, of ODOM when there is no scan."""
         tags = [tag for tag in self.first if tag in SCAN_PARSERS] or list(self.first)
-        lines = self.first[tags[0]] if tags else []
-        return [stamps for line in lines if (stamps := _stamp_fields(tags[0], line)) is not None]
+        return self.stamps(tags[0]) if tags else []
+
+    def stamps(self, tag: bytes) -> list[Tokens]:
+        """Return the stamp fields of the first successive lines of a tag."""
+        return [stamps for line in self.first[tag] if (stamps := _stamp_fields(tag, line)) is not None]
 
 
 def _stamp_fields(tag: bytes, line: bytes) -> Tokens | None:
@@ -137,9 +145,10 @@ def _stamp_fields(tag: bytes, line: bytes) -> Tokens | None:
 
 def choose_clock(stamps: list[Tokens]) -> str:
     """Return the clock for the stamp fields of successive lines; see the head of this file."""
-    fields = min(map(len, stamps), default=0)
+    fields = Counter(map(len, stamps)).most_common(1)[0][0] if stamps else 0
     if fields < 2:
         return "none"
+    stamps = [s for s in stamps if len(s) == fields]
     first, last = (_numbers([s[k] for s in stamps]) for k in (0, fields - 1))
     if fields == 3 and _are_seconds_and_microseconds(stamps, first, last):
         return "seconds and microseconds"

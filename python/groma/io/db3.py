@@ -41,14 +41,18 @@ class Db3:
             try:
                 for key, time, data in database.execute(query, wanted):
                     yield known[key], int(time), bytes(data)
-            except sqlite3.Error as error:
+            except (sqlite3.Error, TypeError, ValueError) as error:
                 raise CutError(f"the database is damaged ({error})") from error
 
     def _open(self) -> sqlite3.Connection:
         try:
-            return sqlite3.connect(f"file:{quote(str(self.path.absolute()))}?mode=ro&immutable=1", uri=True)
+            database = sqlite3.connect(f"file:{quote(str(self.path.absolute()))}?mode=ro&immutable=1", uri=True)
+            database.text_factory = lambda text: text.decode(errors="replace")
+            # else sqlite refuses a file that is shorter than its header says
+            database.execute("PRAGMA writable_schema=ON")
         except sqlite3.Error as error:
             raise UserError(f"{self.path}: cannot be opened as a database ({error})") from error
+        return database
 
     def _topics(self, database: sqlite3.Connection) -> list[Channel]:
         try:

@@ -43,7 +43,8 @@ class Decoder:
 
     def __init__(self, channels: list[Channel], notes: Notes) -> None:
         self._notes = notes
-        self._stores = {encoding: _typestore(channels, encoding) for encoding in ("cdr", "ros1")}
+        found = {channel.encoding for channel in channels} & {"cdr", "ros1"}
+        self._stores = {encoding: _typestore(channels, encoding) for encoding in found}
         self._geometries: dict[tuple[str, tuple[float, ...]], BeamGeometry] = {}
         self._make: dict[Kind, Callable[[Channel, int, Any], Iterator[Message]]] = {
             Kind.SCAN: self._scan,
@@ -158,7 +159,11 @@ def _frame(name: str) -> str:
 
 def _typestore(channels: list[Channel], encoding: str) -> Typestore:
     """Return a store that knows our types as this bag defines them; ROS's own definitions where it does not."""
-    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.LATEST)
+    store = get_typestore(Stores.LATEST)
+    if encoding == "ros1":
+        store = get_typestore(Stores.ROS1_NOETIC)
+        for name in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):  # not in the library's store
+            store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
     for channel in channels:
         if channel.encoding != encoding or channel.msgtype not in KINDS:
             continue

@@ -17,6 +17,7 @@ from groma.io.notes import Notes
 
 LONGEST = 1 << 20
 _GZIP_MAGIC = b"\x1f\x8b"
+_PIECE = 512
 _CUT = (EOFError, zlib.error, gzip.BadGzipFile)
 
 
@@ -38,13 +39,17 @@ def open_bytes(path: Path) -> IO[bytes]:
 
 def head(path: Path, size: int) -> bytes:
     """Return the first bytes of the content; fewer when the file is shorter or cut."""
+    data = b""
     with open_bytes(path) as file:
         try:
-            return file.read(size)
+            while len(data) < size and (more := file.read(min(_PIECE, size - len(data)))):
+                data += more
         except _CUT as error:
-            raise UserError(
-                f"{path}: the compressed file is damaged at its beginning ({error}): copy it again"
-            ) from error
+            if not data:
+                raise UserError(
+                    f"{path}: the compressed file is damaged at its beginning ({error}): copy it again"
+                ) from error
+    return data
 
 
 def numbered_lines(path: Path, notes: Notes) -> Iterator[tuple[int, bytes]]:
