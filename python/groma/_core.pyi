@@ -44,3 +44,51 @@ class SimulatedArrays:
 def simulation_scenes() -> list[str]: ...
 def simulation_scenario(scene: str, seed: int) -> str: ...
 def simulate_scenario(scenario: str) -> SimulatedArrays: ...
+
+def feature_defaults() -> tuple[str, str, str]: ...
+def falko_detect(
+    ranges: NDArray[np.float64],
+    counts: list[int],
+    beams: tuple[float, float, float, float],
+    options: str,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+]: ...
+def bsc_describe(
+    ranges: NDArray[np.float64],
+    beams: tuple[float, float, float, float],
+    indices: NDArray[np.int64],
+    poses: NDArray[np.float64],
+) -> NDArray[np.uint8]: ...
+def cgh_describe(
+    ranges: NDArray[np.float64],
+    beams: tuple[float, float, float, float],
+    indices: NDArray[np.int64],
+    poses: NDArray[np.float64],
+) -> NDArray[np.float32]: ...
+def associate(
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    compatible: NDArray[np.bool_] | None,
+    options: str,
+) -> list[tuple[tuple[float, float, float], list[tuple[int, int]], list[float], float]]: ...
+def rigid_fit(
+    a: NDArray[np.float64], b: NDArray[np.float64], least_sigma: float
+) -> tuple[tuple[float, float, float], list[float], float] | None: ...
+
+class GlarotSignature:
+    def __new__(cls, points: NDArray[np.float64], options: str) -> GlarotSignature: ...
+    def distance(self, other: GlarotSignature) -> tuple[float, float]: ...
+
+class GlarotIndex:
+    def __new__(cls) -> GlarotIndex: ...
+    def __len__(self) -> int: ...
+    def add(self, signature: GlarotSignature) -> int: ...
+    def query(
+        self, signature: GlarotSignature, k: int, allowed: NDArray[np.bool_] | None
+    ) -> list[tuple[int, float, float]]: ...

@@ -1,5 +1,6 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
+mod features;
 mod pose_graph;
 mod simulation;
 
@@ -7,6 +8,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    features::register(m)?;
     pose_graph::register(m)?;
     simulation::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -1,0 +1,245 @@
+//! `groma.features`: keypoints of scans, their descriptors, signatures of local maps, association.
+
+use groma_features::association::{self, Hypothesis};
+use groma_features::bsc::Bsc;
+use groma_features::cgh::Cgh;
+use groma_features::{Keypoint, falko, glarot, rigid_fit};
+use groma_models::{BeamGeometry, LaserScan};
+use nalgebra::{Matrix2, Matrix3, Vector2};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+type Floats<'py> = Bound<'py, PyArray1<f64>>;
+type Indices<'py> = Bound<'py, PyArray1<i64>>;
+
+/// What the detector finds, flat: keypoints per scan, index, point (2 a keypoint), orientation, radius, covariance (4).
+type Detected<'py> = (Indices<'py>, Indices<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
+
+/// angle_min, angle_increment, range_min, range_max.
+type Beams = (f64, f64, f64, f64);
+
+/// Keypoints of scans laid end to end, `counts` beams each.
+#[pyfunction]
+fn falko_detect<'py>(
+    py: Python<'py>,
+    ranges: PyReadonlyArray1<'py, f64>,
+    counts: Vec<usize>,
+    beams: Beams,
+    options: &str,
+) -> PyResult<Detected<'py>> {
+    let options: falko::Options = parse(options)?;
+    options.validate().map_err(invalid)?;
+    let scans = split(ranges.as_slice()?, &counts)?;
+    Ok(flatten(py, &py.detach(|| falko::detect_all(geometry(beams), &scans, options))))
+}
+
+/// BSC descriptors of the keypoints of a scan, 16 bytes each; `poses` is x, y, orientation, radius a keypoint.
+#[pyfunction]
+fn bsc_describe<'py>(
+    py: Python<'py>,
+    ranges: PyReadonlyArray1<'py, f64>,
+    beams: Beams,
+    indices: PyReadonlyArray1<'py, i64>,
+    poses: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    let described = describe(&ranges, beams, &indices, &poses, |points, k| Bsc::describe(points, k, k.radius))?;
+    Ok(PyArray1::from_iter(py, described.into_iter().flat_map(Bsc::to_bytes)))
+}
+
+/// CGH descriptors of the keypoints of a scan, 16 shares each.
+#[pyfunction]
+fn cgh_describe<'py>(
+    py: Python<'py>,
+    ranges: PyReadonlyArray1<'py, f64>,
+    beams: Beams,
+    indices: PyReadonlyArray1<'py, i64>,
+    poses: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f32>>> {
+    let described = describe(&ranges, beams, &indices, &poses, |points, k| Cgh::describe(points, k, k.radius))?;
+    Ok(PyArray1::from_iter(py, described.iter().flat_map(|c| *c.shares())))
+}
+
+/// The signature of a set of landmarks.
+#[pyclass(frozen, skip_from_py_object)]
+struct GlarotSignature(glarot::Signature);
+
+#[pymethods]
+impl GlarotSignature {
+    #[new]
+    fn new(py: Python<'_>, points: PyReadonlyArray2<'_, f64>, options: &str) -> PyResult<Self> {
+        let options: glarot::Options = parse(options)?;
+        options.validate().map_err(invalid)?;
+        let points = to_points(&points);
+        Ok(Self(py.detach(|| glarot::Signature::from_points(&points, &options))))
+    }
+
+    /// Distance 0 to 1, and the rotation that takes the points of self onto those of other, modulo pi.
+    fn distance(&self, other: &Self) -> (f64, f64) {
+        self.0.distance(&other.0)
+    }
+}
+
+/// Signatures, searched exactly.
+#[pyclass(skip_from_py_object)]
+struct GlarotIndex(glarot::Index);
+
+#[pymethods]
+impl GlarotIndex {
+    #[new]
+    fn new() -> Self {
+        Self(glarot::Index::new())
+    }
+
+    fn add(&mut self, signature: &GlarotSignature) -> usize {
+        self.0.add(signature.0.clone())
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    /// `(index, distance, rotation)` of the `k` nearest, of those allowed where a mask is given.
+    fn query(
+        &self,
+        py: Python<'_>,
+        signature: &GlarotSignature,
+        k: usize,
+        allowed: Option<PyReadonlyArray1<'_, bool>>,
+    ) -> PyResult<Vec<(usize, f64, f64)>> {
+        let allowed = allowed.as_ref().map(|a| a.as_slice()).transpose()?;
+        let filter = |i: usize| allowed.is_none_or(|a| a.get(i).copied().unwrap_or(false));
+        let found = py.detach(|| self.0.query(&signature.0, k, filter));
+        Ok(found.into_iter().map(|c| (c.index, c.distance, c.rotation)).collect())
+    }
+}
+
+/// A motion: x, y, theta; its pairs; the covariance by rows; root mean square distance.
+type Motion = ([f64; 3], Vec<(usize, usize)>, Vec<f64>, f64);
+
+/// The motions between two sets of landmarks; `compatible` is a mask over (of a, of b).
+#[pyfunction]
+fn associate(
+    py: Python<'_>,
+    a: PyReadonlyArray2<'_, f64>,
+    b: PyReadonlyArray2<'_, f64>,
+    compatible: Option<PyReadonlyArray2<'_, bool>>,
+    options: &str,
+) -> PyResult<Vec<Motion>> {
+    let options: association::Options = parse(options)?;
+    options.validate().map_err(invalid)?;
+    let (a, b) = (to_points(&a), to_points(&b));
+    let mask = compatible.as_ref().map(|c| c.as_array());
+    let allowed = |i: usize, j: usize| mask.is_none_or(|m| m.get((i, j)).copied().unwrap_or(false));
+    let found = py.detach(|| association::associate_compatible(&a, &b, &options, allowed));
+    Ok(found.into_iter().map(motion).collect())
+}
+
+/// The rigid motion between paired points: x, y, theta; covariance by rows; root mean square distance.
+#[pyfunction]
+#[pyo3(name = "rigid_fit")]
+fn fit_rigid(
+    a: PyReadonlyArray2<'_, f64>,
+    b: PyReadonlyArray2<'_, f64>,
+    least_sigma: f64,
+) -> Option<([f64; 3], Vec<f64>, f64)> {
+    let pairs: Vec<_> = to_points(&a).into_iter().zip(to_points(&b)).collect();
+    let fit = rigid_fit(&pairs, least_sigma)?;
+    Some((fit.transform.to_vector().into(), rows(&fit.covariance), fit.rms))
+}
+
+/// The default options of `falko`, `glarot` and `association` as JSON.
+#[pyfunction]
+fn feature_defaults() -> PyResult<[String; 3]> {
+    let falko = serde_json::to_string(&falko::Options::default()).map_err(invalid)?;
+    let glarot = serde_json::to_string(&glarot::Options::default()).map_err(invalid)?;
+    let association = serde_json::to_string(&association::Options::default()).map_err(invalid)?;
+    Ok([falko, glarot, association])
+}
+
+fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(invalid)
+}
+
+fn invalid(error: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+fn geometry((angle_min, angle_increment, range_min, range_max): Beams) -> BeamGeometry {
+    BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min, range_max }
+}
+
+fn split<'a>(mut values: &'a [f64], counts: &[usize]) -> PyResult<Vec<&'a [f64]>> {
+    let mut scans = Vec::with_capacity(counts.len());
+    for &count in counts {
+        let Some((scan, rest)) = values.split_at_checked(count) else {
+            return Err(invalid("the counts of the scans exceed the ranges given"));
+        };
+        scans.push(scan);
+        values = rest;
+    }
+    Ok(scans)
+}
+
+fn flatten<'py>(py: Python<'py>, scans: &[Vec<Keypoint>]) -> Detected<'py> {
+    let all = || scans.iter().flatten();
+    (
+        PyArray1::from_iter(py, scans.iter().map(|s| s.len() as i64)),
+        PyArray1::from_iter(py, all().map(|k| k.index as i64)),
+        PyArray1::from_iter(py, all().flat_map(|k| [k.point.x, k.point.y])),
+        PyArray1::from_iter(py, all().map(|k| k.orientation)),
+        PyArray1::from_iter(py, all().map(|k| k.radius)),
+        PyArray1::from_iter(py, all().flat_map(|k| k.covariance.iter().copied().collect::<Vec<_>>())),
+    )
+}
+
+fn to_points(rows: &PyReadonlyArray2<'_, f64>) -> Vec<Vector2<f64>> {
+    rows.as_array().outer_iter().map(|p| Vector2::new(p[0], p[1])).collect()
+}
+
+fn rows(matrix: &Matrix3<f64>) -> Vec<f64> {
+    matrix.transpose().iter().copied().collect()
+}
+
+fn motion(found: Hypothesis) -> Motion {
+    (found.transform.to_vector().into(), found.pairs, rows(&found.covariance), found.rms)
+}
+
+/// `describe` of every keypoint, with the points of the scan but its own.
+fn describe<T>(
+    ranges: &PyReadonlyArray1<'_, f64>,
+    beams: Beams,
+    indices: &PyReadonlyArray1<'_, i64>,
+    poses: &PyReadonlyArray2<'_, f64>,
+    describe: impl Fn(Vec<Vector2<f64>>, &Keypoint) -> T,
+) -> PyResult<Vec<T>> {
+    let scan = LaserScan {
+        stamp: 0.0,
+        geometry: geometry(beams),
+        ranges: ranges.as_slice()?.to_vec(),
+        intensities: Vec::new(),
+    };
+    let others = |index: usize| scan.hits().filter(|(i, _)| *i != index).map(|(_, p)| p).collect();
+    let indices = indices.as_array();
+    let keypoints = poses.as_array();
+    let keypoints = keypoints.outer_iter().zip(&indices).map(|(pose, &index)| Keypoint {
+        index: index as usize,
+        point: Vector2::new(pose[0], pose[1]),
+        orientation: pose[2],
+        radius: pose[3],
+        covariance: Matrix2::zeros(),
+    });
+    Ok(keypoints.map(|k| describe(others(k.index), &k)).collect())
+}
+
+/// Add the functions and classes to the module.
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(falko_detect, m)?)?;
+    m.add_function(wrap_pyfunction!(bsc_describe, m)?)?;
+    m.add_function(wrap_pyfunction!(cgh_describe, m)?)?;
+    m.add_function(wrap_pyfunction!(associate, m)?)?;
+    m.add_function(wrap_pyfunction!(fit_rigid, m)?)?;
+    m.add_function(wrap_pyfunction!(feature_defaults, m)?)?;
+    m.add_class::<GlarotSignature>()?;
+    m.add_class::<GlarotIndex>()
+}
