@@ -1,5 +1,8 @@
 //! The grid walk against the plain search over all surfaces.
 
+use groma_simulation::random::{Purpose, Random};
+use groma_simulation::scenario::Building;
+use groma_simulation::scenes;
 use groma_simulation::world::{RayCaster, Shape, Surface, World};
 use nalgebra::Vector2;
 use proptest::prelude::*;
@@ -48,5 +51,24 @@ proptest! {
     ) {
         let near = surfaces.iter().any(|s| s.shape.distance(p) < radius);
         prop_assert_eq!(RayCaster::new(&World { surfaces }).touches(p, radius), near);
+    }
+}
+
+#[test]
+fn finds_the_nearest_in_buildings() {
+    for building in [Building::Rooms, Building::Warehouse, Building::Loop] {
+        let mut random = Random::new(11, Purpose::Building);
+        let (world, route) = scenes::build(building, &mut random);
+        let caster = RayCaster::new(&world);
+        let corners: Vec<_> = route.legs.iter().flat_map(|leg| leg.points.clone()).collect();
+        for k in 0..1500 {
+            let aside = Vector2::new(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3));
+            let origin = corners[k % corners.len()] + aside;
+            let bearing = random.index(8) as f64 * std::f64::consts::FRAC_PI_4 + 0.1 * random.normal();
+            let direction = Vector2::new(bearing.cos(), bearing.sin());
+            let met = world.surfaces.iter().filter_map(|s| s.shape.meet(origin, direction)).map(|(range, _)| range);
+            let nearest = met.reduce(f64::min);
+            assert_eq!(caster.cast(origin, direction, 1e3).map(|hit| hit.range), nearest, "{origin} {direction}");
+        }
     }
 }
