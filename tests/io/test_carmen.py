@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from made import RANGES, drive_lines, flaser, read, text
 
@@ -215,6 +215,11 @@ def test_the_far_wall_of_a_robot_that_stands_is_a_wall(tmp_path: Path) -> None:
     assert any("no return is unknown" in line for line in recording.notes.lines())
 
 
+def test_a_narrow_place_is_no_scanner_limit(tmp_path: Path) -> None:
+    _, messages = read(text(tmp_path / "a.log", drive_lines(60, [1.0] * 180)))
+    assert np.isfinite(messages[-1].ranges).all()  # type: ignore[union-attr]
+
+
 def test_a_planner_setting_is_no_scanner_limit(tmp_path: Path) -> None:
     lines = ["PARAM robot_front_laser_max 1.5 nohost 0\n", *drive_lines(2)]
     _, messages = read(text(tmp_path / "a.log", lines))
@@ -232,6 +237,7 @@ TOKENS = st.lists(
 )
 
 
+@settings(deadline=None)
 @given(TOKENS)
 def test_no_line_does_more_than_raise_its_own_error(tokens: list[bytes]) -> None:
     for parse in (parse_flaser, parse_rawlaser, parse_robotlaser, parse_odom):
@@ -239,6 +245,7 @@ def test_no_line_does_more_than_raise_its_own_error(tokens: list[bytes]) -> None
             parse([b"TAG", *tokens])
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([b"FLASER", b"ODOM", b"RAWLASER1", b"ROBOTLASER1"]), TOKENS), max_size=5))
 def test_no_file_raises(tmp_path_factory: pytest.TempPathFactory, lines: list[tuple[bytes, list[bytes]]]) -> None:
     path = tmp_path_factory.mktemp("fuzz") / "a.log"

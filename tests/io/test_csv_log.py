@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from made import read, text
 
@@ -48,6 +48,7 @@ def same(a: Message, b: Message) -> bool:
     return type(a) is type(b) and all(equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(a))
 
 
+@settings(deadline=None)
 @given(st.lists(MESSAGE, min_size=1, max_size=8), st.sampled_from(["a.csv", "a.csv.gz"]))
 def test_what_is_written_is_read_back_bit_for_bit(
     tmp_path_factory: pytest.TempPathFactory, messages: list[Message], name: str
@@ -91,6 +92,13 @@ def test_a_malformed_line_is_told_with_its_number(tmp_path: Path, line: str, tol
     assert len(messages) == 2
     assert recording.notes.examples[0].startswith("a.csv:4: ")
     assert told in recording.notes.examples[0]
+
+
+def test_the_example_of_the_reference_page(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs/reference/csv.md").read_text()
+    recording, messages = read(text(tmp_path / "a.csv", page.split("```")[1].lstrip()))
+    assert [type(m) for m in messages] == [Transform, Odometry, LaserScan, JointState]
+    assert recording.notes.lines() == []
 
 
 def test_other_tags_are_counted(tmp_path: Path) -> None:

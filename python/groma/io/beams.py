@@ -94,8 +94,8 @@ def infer_no_return(scans: Sequence[Array], positions: Sequence[tuple[float, flo
     Let M be the longest finite reading. Readings are a code, not a surface, when either M is one of SICK's flag
     values, or M is at least ``SHORTEST_KNOWN``, the band ``0.99 M .. M`` holds at least ten readings, more than five
     times as many as any of the nine bands of 1 % below it, and they were seen from places more than ``0.05 M`` apart:
-    a far wall would have changed its distance. The code is a cluster (51.10, 51.15, 51.16 in one file), so its lower end is returned: the smallest
-    value of the band that occurs at least 3 times and makes up at least 0.1 % of it.
+    a far wall would have changed its distance. The code is a cluster (51.10, 51.15, 51.16 in one file), so its lower
+    end is returned: the smallest value of the band that occurs at least 3 times and makes up at least 0.1 % of it.
 
     Parameters
     ----------
