@@ -60,6 +60,15 @@ def test_a_bag_serves_calibration_when_it_has_joints(tmp_path: Path) -> None:
     assert result.joints == {"/joint_states": ("left", "right")}
 
 
+@pytest.mark.parametrize(("offset", "told"), [(0.0, False), (1000.0, True)])
+def test_clocks_that_differ_are_told(tmp_path: Path, offset: float, told: bool) -> None:
+    ros = Ros(1)
+    entries = [("/scan", k + 1.0, ros.scan(k + 1.0, [1.0])) for k in range(5)]
+    entries += [("/odom", k + 1.0, ros.odometry(k + 1.0 + offset, 0.0, 0.0, 0.0)) for k in range(5)]
+    result = found(bag1(tmp_path / "a.bag", entries))
+    assert any("hardly overlap" in line for line in result.drive) == told
+
+
 def test_jumps_and_nan_poses(tmp_path: Path) -> None:
     poses = [(0, 0, 0), (0.1, 0, 0), (5.0, 0, 0), ("nan", 0, 0), (5.1, 0, 0)]
     lines = [flaser(laser=p, robot=p, times=f"{k / 10 + 1} h 0") for k, p in enumerate(poses)]  # type: ignore[arg-type]

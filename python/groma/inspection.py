@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from groma.errors import UserError
-from groma.io.drive import is_jump, open_drive
+from groma.io.drive import Drive, is_jump, open_drive
 from groma.io.recording import Recording
 from groma.io.sampling import Sample
 from groma.io.streams import Kind
@@ -209,24 +209,38 @@ def inspect(recording: Recording, progress: Callable[[int], None] | None = None)
         Called with the number of messages read so far, every thousand.
     """
     found = Inspection(str(recording.path), recording.format)
-    mount_known = _look_at_drive(recording, found)
+    drive = _look_at_drive(recording, found)
     for count, message in enumerate(recording.messages(), 1):
         found.add(message)
         if progress is not None and count % 1000 == 0:
             progress(count)
     found.angle_max_excess = dict(recording.notes.angle_max_excess)
     found.notes = recording.notes.lines()
-    found.uses = list(_uses(found, mount_known))
+    if drive is not None and drive.odometry is not None:
+        _compare_clocks(found, drive.scans, drive.odometry)
+    found.uses = list(_uses(found, drive is not None and drive.mount_known))
     return found
 
 
-def _look_at_drive(recording: Recording, found: Inspection) -> bool:
+def _look_at_drive(recording: Recording, found: Inspection) -> Drive | None:
     try:
         drive = open_drive(recording)
     except UserError:  # no scans: told under what the recording can serve
-        return False
+        return None
     found.drive = [f"scans from {drive.scans}", f"odometry from {drive.odometry or 'none'}", *drive.notes]
-    return drive.mount_known
+    return drive
+
+
+def _compare_clocks(found: Inspection, scans: str, odometry: str) -> None:
+    """Tell when scans and odometry are of different times: one of them will be left out as late."""
+    a, b = found.timings.get((scans, Kind.SCAN)), found.timings.get((odometry, Kind.ODOMETRY))
+    if a is None or b is None:
+        return
+    common = min(a.last, b.last) - max(a.first, b.first)
+    if common < 0.5 * min(a.last - a.first, b.last - b.first):
+        found.drive.append(
+            f"the times of {scans} and {odometry} hardly overlap: different clocks, or recorded one after the other"
+        )
 
 
 def _uses(found: Inspection, mount_known: bool) -> list[Use]:
