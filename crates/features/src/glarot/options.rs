@@ -22,7 +22,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { n_theta: 16, n_rho: 64, rho_max: 25.6, sigma_theta: PI / 16.0, sigma_rho: 0.3 }
+        Self { n_theta: 12, n_rho: 64, rho_max: 25.6, sigma_theta: PI / 16.0, sigma_rho: 0.3 }
     }
 }
 

@@ -159,7 +159,7 @@ mod tests {
             let (distance, rotation) =
                 Signature::from_points(&p, &options).distance(&Signature::from_points(&moved, &options));
             let error = (rotation - turn + PI / 2.0).rem_euclid(PI) - PI / 2.0;
-            prop_assert!(distance < 0.25, "{distance}");
+            prop_assert!(distance < 0.35, "{distance}");
             prop_assert!(error.abs() < 0.6 * PI / options.n_theta as f64, "{error}");
         }
 
@@ -172,9 +172,9 @@ mod tests {
         }
 
         #[test]
-        fn a_turn_by_whole_bins_changes_nothing(p in points(), bins in 0_usize..16) {
+        fn a_turn_by_whole_bins_changes_nothing(p in points(), bins in 0_usize..12) {
             let options = Options::default();
-            let turn = bins as f64 * PI / 16.0;
+            let turn = bins as f64 * PI / options.n_theta as f64;
             let moved: Vec<_> = p.iter().map(|&q| Se2::new(0.0, 0.0, turn).act(q)).collect();
             let (distance, _) =
                 Signature::from_points(&p, &options).distance(&Signature::from_points(&moved, &options));
