@@ -7,9 +7,18 @@
 //! Source: J. Sola, J. Deray, D. Atchuthan, "A micro Lie theory for state estimation in robotics", arXiv 1812.01537.
 
 pub mod angle;
+pub mod gaussian;
+pub mod lie_group;
 pub mod se2;
+pub mod se3;
+mod series;
 pub mod so2;
+pub mod so3;
 
 pub use angle::wrap;
+pub use gaussian::Gaussian;
+pub use lie_group::LieGroup;
 pub use se2::Se2;
+pub use se3::Se3;
 pub use so2::So2;
+pub use so3::So3;

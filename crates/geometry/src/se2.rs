@@ -13,6 +13,8 @@
 //!
 //! Source: Sola et al., equations (153)-(164).
 
+use crate::lie_group::LieGroup;
+use crate::series::tail;
 use crate::so2::So2;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use std::ops::Mul;
@@ -123,7 +125,7 @@ impl Se2 {
     #[must_use]
     pub fn right_jacobian(xi: Vector3<f64>) -> Matrix3<f64> {
         let (s, c) = arc(xi.z);
-        let (a, b) = second_order(xi.z);
+        let (a, b) = (xi.z * tail(3, xi.z), tail(2, xi.z));
         Matrix3::new(s, c, a * xi.x - b * xi.y, -c, s, b * xi.x + a * xi.y, 0.0, 0.0, 1.0)
     }
 
@@ -131,6 +133,15 @@ impl Se2 {
     #[must_use]
     pub fn left_jacobian(xi: Vector3<f64>) -> Matrix3<f64> {
         Self::right_jacobian(-xi)
+    }
+
+    /// The inverse of the right Jacobian, for less than a whole turn.
+    #[must_use]
+    pub fn right_jacobian_inverse(xi: Vector3<f64>) -> Matrix3<f64> {
+        let j = Self::right_jacobian(xi);
+        let (s, c, det) = (j.m11, j.m12, j.m11 * j.m11 + j.m12 * j.m12);
+        let (x, y) = ((s * j.m13 - c * j.m23) / det, (c * j.m13 + s * j.m23) / det);
+        Matrix3::new(s / det, -c / det, -x, c / det, s / det, -y, 0.0, 0.0, 1.0)
     }
 
     /// The point a share `u` of the way from `self` to `other` along the constant-twist path; `u` in `[0, 1]`.
@@ -147,22 +158,48 @@ impl Mul for Se2 {
     }
 }
 
-/// `(sin t / t, (1 - cos t) / t)`, by series near zero.
+impl LieGroup<3> for Se2 {
+    type Point = Vector2<f64>;
+
+    fn identity() -> Self {
+        Self::IDENTITY
+    }
+
+    fn inverse(&self) -> Self {
+        self.inverse()
+    }
+
+    fn exp(xi: &Vector3<f64>) -> Self {
+        Self::exp(*xi)
+    }
+
+    fn log(&self) -> Vector3<f64> {
+        self.log()
+    }
+
+    fn adjoint(&self) -> Matrix3<f64> {
+        self.adjoint()
+    }
+
+    fn act(&self, point: &Vector2<f64>) -> Vector2<f64> {
+        self.act(*point)
+    }
+
+    fn right_jacobian(xi: &Vector3<f64>) -> Matrix3<f64> {
+        Self::right_jacobian(*xi)
+    }
+
+    fn right_jacobian_inverse(xi: &Vector3<f64>) -> Matrix3<f64> {
+        Self::right_jacobian_inverse(*xi)
+    }
+}
+
+/// `(sin t / t, (1 - cos t) / t)`, by series near zero and by the half angle elsewhere, which does not cancel.
 fn arc(t: f64) -> (f64, f64) {
     if t.abs() < 1e-4 {
         let t2 = t * t;
         return (1.0 - t2 / 6.0 * (1.0 - t2 / 20.0), t / 2.0 * (1.0 - t2 / 12.0));
     }
-    let (sin, cos) = t.sin_cos();
-    (sin / t, (1.0 - cos) / t)
-}
-
-/// `((t - sin t) / t^2, (1 - cos t) / t^2)`, by series near zero.
-fn second_order(t: f64) -> (f64, f64) {
-    if t.abs() < 1e-4 {
-        let t2 = t * t;
-        return (t / 6.0 * (1.0 - t2 / 20.0), 0.5 * (1.0 - t2 / 12.0));
-    }
-    let (sin, cos) = t.sin_cos();
-    ((t - sin) / (t * t), (1.0 - cos) / (t * t))
+    let (sin, cos) = (t / 2.0).sin_cos();
+    (2.0 * sin * cos / t, 2.0 * sin * sin / t)
 }

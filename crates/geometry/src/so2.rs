@@ -2,7 +2,8 @@
 //!
 //! `exp(w) = (cos w, sin w)`, `log(R) = atan2(sin, cos)`, adjoint and Jacobians are 1 (Sola et al., appendix A).
 
-use nalgebra::{Matrix2, Vector2};
+use crate::lie_group::LieGroup;
+use nalgebra::{Matrix1, Matrix2, Vector1, Vector2};
 use std::ops::Mul;
 
 /// A rotation of the plane.
@@ -61,5 +62,41 @@ impl Mul for So2 {
     type Output = Self;
     fn mul(self, b: Self) -> Self {
         Self { cos: self.cos * b.cos - self.sin * b.sin, sin: self.sin * b.cos + self.cos * b.sin }
+    }
+}
+
+impl LieGroup<1> for So2 {
+    type Point = Vector2<f64>;
+
+    fn identity() -> Self {
+        Self::IDENTITY
+    }
+
+    fn inverse(&self) -> Self {
+        Self::inverse(*self)
+    }
+
+    fn exp(xi: &Vector1<f64>) -> Self {
+        Self::exp(xi.x)
+    }
+
+    fn log(&self) -> Vector1<f64> {
+        Vector1::new(Self::log(*self))
+    }
+
+    fn adjoint(&self) -> Matrix1<f64> {
+        Matrix1::identity()
+    }
+
+    fn act(&self, point: &Vector2<f64>) -> Vector2<f64> {
+        Self::act(*self, *point)
+    }
+
+    fn right_jacobian(_: &Vector1<f64>) -> Matrix1<f64> {
+        Matrix1::identity()
+    }
+
+    fn right_jacobian_inverse(_: &Vector1<f64>) -> Matrix1<f64> {
+        Matrix1::identity()
     }
 }
