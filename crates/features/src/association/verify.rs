@@ -50,9 +50,8 @@ impl Neighbourhood {
     pub fn count(&self, motion: &Se2, b: &[Vector2<f64>]) -> usize {
         let near = |p: &&Vector2<f64>| {
             let at = (motion.act(**p) - self.low) * self.per_metre;
-            let (x, y) = (at.x.floor(), at.y.floor());
-            let inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 && y < self.rows as f64;
-            inside && self.near[y as usize * self.columns + x as usize]
+            let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < self.columns as f64 && at.y < self.rows as f64;
+            inside && self.near[at.y as usize * self.columns + at.x as usize]
         };
         b.iter().filter(near).count()
     }

@@ -39,10 +39,12 @@ impl Layout {
         self.cos.len() - 1
     }
 
-    /// A bound of the index distance of a neighbour at `ratio` = radius / range: `asin(z) <= 1.16 z` for z <= 0.8.
+    /// A bound of the index distance of a neighbour at `ratio` = radius / range, the bearing of which is within
+    /// `asin(z) <= z + z^3 / 4` (z <= 0.8). Across the seam of a closed scan two beams may be closer than a step.
     pub fn reach_at(&self, ratio: f64) -> usize {
-        let slope = if ratio <= 0.8 { 1.16 } else { FRAC_PI_2 };
-        ((ratio * slope / self.step) as usize + 1).min(self.reach())
+        let bearing = if ratio <= 0.8 { ratio + 0.25 * ratio.powi(3) } else { FRAC_PI_2 };
+        let spare = if self.closed { 1.0 } else { 1e-6 };
+        ((bearing / self.step + spare) as usize).min(self.reach())
     }
 }
 
@@ -84,5 +86,30 @@ impl PaddedRanges {
     /// Range of beam `i`.
     pub fn at(&self, i: usize) -> f64 {
         self.values[self.margin + i]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reach_holds_every_neighbour() {
+        for (closed_by, beams) in [(TAU, 3600), (3.0, 3000)] {
+            let step = closed_by / 3600.0;
+            let geometry = BeamGeometry {
+                angle_min: 0.0,
+                angle_increment: step,
+                time_increment: 0.0,
+                range_min: 0.0,
+                range_max: 1.0,
+            };
+            let layout = Layout::new(&geometry, beams);
+            assert_eq!(layout.closed, closed_by > 6.0);
+            for ratio in (1..1000).map(|k| f64::from(k) / 1000.0) {
+                let most = (ratio.asin() / step) as usize;
+                assert!(layout.reach_at(ratio) >= most && layout.reach_at(0.1) < 240, "{ratio}");
+            }
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! The spread of a pair over neighbouring bins, from tables of whole numbers.
 //!
 //! A pair at position x (in bins) falls into cell `floor(x)`; bin c has its centre at c + 1/2. The kernel is tabulated for
-//! [`STEPS`] positions within a cell, so a pair is placed to 1/32 of a bin, and its weights are integers that sum to
-//! [`UNIT`] but for rounding.
+//! [`STEPS`] positions within a cell, so a pair is placed to 1/32 of a bin, and its weights are whole numbers that sum to
+//! [`UNIT`] but for rounding: their products and sums are exact in `f64` for 10^8 pairs.
 
 /// Positions within a bin that are told apart.
 const STEPS: usize = 32;
@@ -13,7 +13,7 @@ const UNIT: f64 = 4096.0;
 #[derive(Clone, Debug)]
 pub(super) struct Circular {
     bins: usize,
-    weights: Vec<u32>,
+    weights: Vec<f64>,
 }
 
 impl Circular {
@@ -25,7 +25,7 @@ impl Circular {
     }
 
     /// Position `x` in [0, bins): its bin, and the weights of that bin and all after it, around the circle.
-    pub fn at(&self, x: f64) -> (usize, &[u32]) {
+    pub fn at(&self, x: f64) -> (usize, &[f64]) {
         let (cell, step) = split(x, self.bins);
         (cell, &self.weights[step * self.bins..][..self.bins])
     }
@@ -36,7 +36,7 @@ impl Circular {
 pub(super) struct Linear {
     bins: usize,
     reach: usize,
-    weights: Vec<u32>,
+    weights: Vec<f64>,
 }
 
 impl Linear {
@@ -49,7 +49,7 @@ impl Linear {
     }
 
     /// Position `x` in [0, bins): the first bin it touches, and the weights from there on, cut at the ends.
-    pub fn at(&self, x: f64) -> (usize, &[u32]) {
+    pub fn at(&self, x: f64) -> (usize, &[f64]) {
         let (cell, step) = split(x, self.bins);
         let width = 2 * self.reach + 1;
         let row = &self.weights[step * width..][..width];
@@ -72,7 +72,7 @@ fn gauss(d: f64, sigma: f64) -> f64 {
     (-0.5 * (d / sigma).powi(2)).exp()
 }
 
-fn scaled(row: Vec<f64>) -> Vec<u32> {
+fn scaled(row: Vec<f64>) -> Vec<f64> {
     let sum: f64 = row.iter().sum();
-    row.iter().map(|w| if sum > 0.0 { (w / sum * UNIT).round() as u32 } else { 0 }).collect()
+    row.iter().map(|w| if sum > 0.0 { (w / sum * UNIT).round() } else { 0.0 }).collect()
 }

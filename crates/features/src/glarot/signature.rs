@@ -27,10 +27,10 @@ impl Signature {
     pub fn from_points(points: &[Vector2<f64>], options: &Options) -> Self {
         let &Options { n_theta, n_rho, .. } = options;
         let sums = accumulate(points, options);
-        let total: u64 = sums.iter().sum();
+        let total: f64 = sums.iter().sum();
         // Rounding adds at most half a part a bin.
-        let scale = (FULL - 0.5 * sums.len() as f64) / total.max(1) as f64;
-        let bins: Vec<u16> = sums.iter().map(|&s| (s as f64 * scale).round() as u16).collect();
+        let scale = (FULL - 0.5 * sums.len() as f64) / total.max(1.0);
+        let bins: Vec<u16> = sums.iter().map(|&s| (s * scale).round() as u16).collect();
         let marginal = (0..n_rho).map(|r| bins.iter().skip(r).step_by(n_rho).sum()).collect();
         Self { n_theta, n_rho, bins, marginal }
     }
@@ -99,12 +99,12 @@ fn l1(a: &[u16], b: &[u16]) -> u16 {
 }
 
 /// Sums of the kernel over all pairs.
-fn accumulate(points: &[Vector2<f64>], options: &Options) -> Vec<u64> {
+fn accumulate(points: &[Vector2<f64>], options: &Options) -> Vec<f64> {
     let &Options { n_theta, n_rho, rho_max, .. } = options;
     let (per_theta, per_rho) = (n_theta as f64 / PI, n_rho as f64 / rho_max);
     let circular = Circular::new(n_theta, options.sigma_theta * per_theta);
     let linear = Linear::new(n_rho, options.sigma_rho * per_rho);
-    let mut sums = vec![0_u64; n_theta * n_rho];
+    let mut sums = vec![0.0; n_theta * n_rho];
     for (i, a) in points.iter().enumerate() {
         for b in &points[..i] {
             let (theta, rho) = polar(a - b);
@@ -122,13 +122,11 @@ fn polar(d: Vector2<f64>) -> (f64, f64) {
     (d.y.abs().atan2(d.x), d.norm())
 }
 
-fn splat(sums: &mut [u64], n_rho: usize, theta: (usize, &[u32]), rho: (usize, &[u32])) {
-    let (first, weights) = theta;
-    for (k, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0) {
-        let row = (first + k) % weights.len() * n_rho + rho.0;
-        for (sum, &v) in sums[row..].iter_mut().zip(rho.1) {
-            *sum += u64::from(w) * u64::from(v);
-        }
+fn splat(sums: &mut [f64], n_rho: usize, (first, weights): (usize, &[f64]), (from, row): (usize, &[f64])) {
+    let (before, after) = sums.split_at_mut(first * n_rho);
+    let rows = after.chunks_exact_mut(n_rho).chain(before.chunks_exact_mut(n_rho));
+    for (bins, &w) in rows.zip(weights).filter(|(_, w)| **w > 0.0) {
+        bins[from..].iter_mut().zip(row).for_each(|(bin, v)| *bin += w * v);
     }
 }
 
