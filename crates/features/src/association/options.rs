@@ -40,7 +40,7 @@ impl Default for Options {
             max_hypotheses: 5,
             distinct_translation: 0.5,
             distinct_rotation: 10.0_f64.to_radians(),
-            max_motions: 200_000,
+            max_motions: 100_000,
             max_verified: 3_000,
         }
     }

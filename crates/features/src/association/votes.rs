@@ -11,50 +11,50 @@ use nalgebra::Vector2;
 const SIDE: f64 = 0.5;
 /// Turns in a full circle.
 const TURNS: usize = 64;
-const MOST_CELLS: f64 = 4e6;
+const MOST_CELLS: f64 = 2e6;
 
 /// Indices of about `most` motions with the most votes: all of equal votes are in or out together, in the given order.
 pub(super) fn elect(motions: &[Se2], middle: Vector2<f64>, most: usize) -> Vec<usize> {
-    let landed: Vec<_> = motions.iter().map(|m| m.act(middle)).collect();
-    let cells = cells(motions, &landed);
-    let mut votes = vec![0_u32; cells.iter().max().map_or(0, |c| c + 1)];
+    let cells = cells(motions, middle);
+    let mut votes = vec![0_u16; cells.iter().max().map_or(0, |&c| c as usize + 1)];
     for &cell in &cells {
-        votes[cell] += 1;
+        votes[cell as usize] = votes[cell as usize].saturating_add(1);
     }
     let least = least_votes(&cells, &votes, most);
-    (0..motions.len()).filter(|&k| votes[cells[k]] >= least).collect()
+    (0..motions.len()).filter(|&k| votes[cells[k] as usize] >= least).collect()
 }
 
 /// The number of votes from which on at most `most` motions are left; the top cells in any case.
-fn least_votes(cells: &[usize], votes: &[u32], most: usize) -> u32 {
+fn least_votes(cells: &[u32], votes: &[u16], most: usize) -> u16 {
     let highest = votes.iter().copied().max().unwrap_or(0);
-    let mut with = vec![0_usize; highest as usize + 1];
+    let mut with = vec![0_usize; usize::from(highest) + 1];
     for &cell in cells {
-        with[votes[cell] as usize] += 1;
+        with[usize::from(votes[cell as usize])] += 1;
     }
     let mut total = 0;
-    let fits = |&v: &u32| {
-        total += with[v as usize];
+    let fits = |&v: &u16| {
+        total += with[usize::from(v)];
         total <= most
     };
     (0..=highest).rev().take_while(fits).last().unwrap_or(highest)
 }
 
 /// The cell of every motion.
-fn cells(motions: &[Se2], landed: &[Vector2<f64>]) -> Vec<usize> {
-    let low = landed.iter().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(p));
-    let high = landed.iter().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));
+fn cells(motions: &[Se2], middle: Vector2<f64>) -> Vec<u32> {
+    let landed = || motions.iter().map(|m| m.act(middle));
+    let low = landed().fold(Vector2::repeat(f64::INFINITY), |low, p| low.inf(&p));
+    let high = landed().fold(Vector2::repeat(f64::NEG_INFINITY), |high, p| high.sup(&p));
     let mut side = SIDE;
-    let bins = |extent: f64, side: f64| (extent / side).floor() + 1.0;
-    while bins(high.x - low.x, side) * bins(high.y - low.y, side) * TURNS as f64 > MOST_CELLS {
+    let bins = |extent: f64, side: f64| (extent / side) as usize + 1;
+    while bins(high.x - low.x, side) as f64 * bins(high.y - low.y, side) as f64 * TURNS as f64 > MOST_CELLS {
         side *= 2.0;
     }
-    let columns = bins(high.x - low.x, side) as usize;
-    let cell = |(m, p): (&Se2, &Vector2<f64>)| {
+    let columns = bins(high.x - low.x, side);
+    let cell = |(m, p): (&Se2, Vector2<f64>)| {
         let bin = ((p - low) / side).map(|x| x as usize);
-        (bin.y * columns + bin.x) * TURNS + turn(m)
+        ((bin.y * columns + bin.x) * TURNS + turn(m)) as u32
     };
-    motions.iter().zip(landed).map(cell).collect()
+    motions.iter().zip(landed()).map(cell).collect()
 }
 
 /// Bin of the rotation.
