@@ -1,5 +1,7 @@
 """Types of the Rust core."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -92,3 +94,18 @@ class GlarotIndex:
     def query(
         self, signature: GlarotSignature, k: int, allowed: NDArray[np.bool_] | None
     ) -> list[tuple[int, float, float]]: ...
+
+class Mapper:
+    """Builds a map; `options` is JSON."""
+
+    def __init__(self, options: str) -> None: ...
+    def push_odometry(self, stamp: float, x: float, y: float, theta: float) -> bool: ...
+    def push_scan(
+        self,
+        stamp: float,
+        ranges: NDArray[np.float64],
+        beams: tuple[float, float, float, float, float],
+        mount: tuple[float, float, float],
+    ) -> str: ...
+    def progress(self) -> tuple[int, int, int]: ...
+    def finish(self) -> dict[str, Any]: ...

@@ -20,6 +20,8 @@ use crate::local_map::LocalMap;
 use crate::pose_graph::{Edge, Options, PoseGraph};
 use crate::uncertainty::{Link, from_source};
 use crate::verify::{Check, check};
+use groma_features::association::{self, associate};
+use groma_features::glarot::Index;
 use groma_geometry::Se2;
 use groma_registration::Window;
 use nalgebra::Matrix3;
@@ -38,7 +40,7 @@ const TURN: (f64, f64) = (0.12, std::f64::consts::PI);
 /// Within this no search is needed, registration finds its way [m], [rad].
 const DIRECT: (f64, f64) = (0.4, 0.12);
 /// Least score of a peak, and share of the best that another must reach to be looked at.
-const PEAK: (f64, f64) = (0.3, 0.85);
+const PEAK: (f64, f64) = (0.15, 0.8);
 const MOST_PEAKS: usize = 4;
 /// Least overlap of a closure.
 const OVERLAP: f64 = 0.85;
@@ -50,6 +52,11 @@ const RIVAL: f64 = 0.05;
 const SLIDES: f64 = 0.1;
 /// Squared Mahalanobis distance within which a closure must lie of what the graph believed (99.9 %, inflated).
 const GATE: f64 = 16.27 * 4.0;
+/// Local maps with as many corners have a signature; as many of the most similar ones are tried.
+const LEAST_CORNERS: usize = 6;
+const MOST_ALIKE: usize = 6;
+/// Local maps this close in the sequence may confirm each other.
+const NEIGHBOURS: usize = 6;
 /// Covariance that a closure has at least: local maps bend [m], [rad].
 const FLOOR: (f64, f64) = (0.03, 0.004);
 
@@ -68,6 +75,8 @@ pub enum Verdict {
     Implausible,
     /// The other closures contradict it.
     Contradicted,
+    /// It looks right, but could be one of many such places: it waits for a neighbour to say the same.
+    Unconfirmed,
 }
 
 /// A verified or rejected candidate.
@@ -85,6 +94,14 @@ pub struct Closure {
     pub verdict: Verdict,
 }
 
+impl Closure {
+    /// Information of the measured pose `check.pose`, body frame of the later anchor.
+    #[must_use]
+    pub fn information(&self) -> Matrix3<f64> {
+        floored(&self.check.information)
+    }
+}
+
 /// The local maps, their poses and what ties them together.
 #[derive(Default)]
 pub struct Closer {
@@ -95,6 +112,7 @@ pub struct Closer {
     /// Everything that was verified.
     pub closures: Vec<Closure>,
     tried: BTreeSet<(usize, usize)>,
+    index: Index,
 }
 
 /// A pair to look at.
@@ -104,6 +122,8 @@ struct Candidate {
     predicted: Se2,
     covariance: Matrix3<f64>,
     distance: f64,
+    /// Poses that corners suggest, where the window is too wide to be searched.
+    suggested: Option<Vec<Se2>>,
 }
 
 impl Closer {
@@ -113,6 +133,7 @@ impl Closer {
             (Some(last), Some((step, _))) => *last * step,
             _ => map.anchor,
         };
+        self.index.add(map.signature.clone());
         self.maps.push(map);
         self.poses.push(pose);
     }
@@ -122,13 +143,18 @@ impl Closer {
         let candidates = self.candidates(b);
         let found: Vec<Option<Closure>> = candidates.par_iter().map(|c| self.examine(c, keyframes)).collect();
         self.tried.extend(candidates.iter().map(|c| (c.a, c.b)));
-        let before = self.closures.len();
+        let before = self.accepted();
         self.closures.extend(found.into_iter().flatten());
-        let accepted = self.closures[before..].iter().filter(|c| c.verdict == Verdict::Accepted).count();
+        self.confirm(b);
+        let accepted = self.accepted() - before;
         if accepted > 0 {
             self.optimize();
         }
         accepted
+    }
+
+    fn accepted(&self) -> usize {
+        self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count()
     }
 
     /// Goes over all pairs again, until nothing new is found.
@@ -147,29 +173,47 @@ impl Closer {
         }
     }
 
-    /// Earlier maps that may overlap map `b`, nearest first.
+    /// Earlier maps that may overlap map `b`: nearest first, then those that look alike.
     fn candidates(&self, b: usize) -> Vec<Candidate> {
         let spread = from_source(self.maps.len(), &self.links(), b);
-        let mut all: Vec<Candidate> = (0..b.saturating_sub(LEAST_GAP - 1))
-            .filter(|a| !self.tried.contains(&(*a, b)))
-            .filter_map(|a| {
-                let predicted = self.poses[a].between(&self.poses[b]);
-                let ad = predicted.inverse().adjoint();
-                let covariance = ad * spread[a]? * ad.transpose();
-                let sigma = (covariance[(0, 0)] + covariance[(1, 1)]).sqrt();
-                let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - 2.0 * sigma;
-                (distance < NEAR && 3.0 * sigma < REACH.1 * 1.5).then_some(Candidate {
-                    a,
-                    b,
-                    predicted,
-                    covariance,
-                    distance,
-                })
+        let candidate = |a: usize| {
+            let predicted = self.poses[a].between(&self.poses[b]);
+            let ad = predicted.inverse().adjoint();
+            let covariance = ad * spread[a]? * ad.transpose();
+            let sigma = (covariance[(0, 0)] + covariance[(1, 1)]).sqrt();
+            let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - 2.0 * sigma;
+            Some(Candidate { a, b, predicted, covariance, distance, suggested: None })
+        };
+        let fresh = |a: &usize| !self.tried.contains(&(*a, b));
+        let all = (0..b.saturating_sub(LEAST_GAP - 1)).filter(fresh).filter_map(candidate);
+        let (mut near, mut far): (Vec<Candidate>, Vec<Candidate>) =
+            all.filter(|c| c.distance < NEAR).partition(|c| whole_reach(&c.covariance) < 1.5 * REACH.1);
+        near.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
+        near.truncate(MOST_CANDIDATES);
+        near.extend(self.alike(b, &mut far));
+        near
+    }
+
+    /// Of maps whose place is too uncertain to be searched, those with the most similar signatures, with the poses that their
+    /// corners suggest.
+    fn alike(&self, b: usize, far: &mut Vec<Candidate>) -> Vec<Candidate> {
+        if self.maps[b].corners.len() < LEAST_CORNERS || far.is_empty() {
+            return Vec::new();
+        }
+        let eligible: BTreeSet<usize> =
+            far.iter().map(|c| c.a).filter(|a| self.maps[*a].corners.len() >= LEAST_CORNERS).collect();
+        let best = self.index.query(&self.maps[b].signature, MOST_ALIKE, |a| eligible.contains(&a));
+        let chosen: BTreeSet<usize> = best.iter().map(|m| m.index).collect();
+        far.retain(|c| chosen.contains(&c.a));
+        std::mem::take(far)
+            .into_par_iter()
+            .map(|mut c| {
+                let hypotheses =
+                    associate(&self.maps[c.a].corners, &self.maps[c.b].corners, &association::Options::default());
+                c.suggested = Some(hypotheses.iter().map(|h| h.transform).collect());
+                c
             })
-            .collect();
-        all.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
-        all.truncate(MOST_CANDIDATES);
-        all
+            .collect()
     }
 
     fn links(&self) -> Vec<Link> {
@@ -192,7 +236,9 @@ impl Closer {
         let p = &c.covariance;
         let reach = reach(p);
         let turn = (3.0 * p[(2, 2)].sqrt()).clamp(TURN.0, TURN.1);
-        let starts = if reach <= DIRECT.0 && turn <= DIRECT.1 {
+        let starts = if let Some(suggested) = &c.suggested {
+            suggested.clone()
+        } else if reach <= DIRECT.0 && turn <= DIRECT.1 {
             vec![c.predicted]
         } else {
             let window = Window { center: c.predicted, reach, turn };
@@ -205,6 +251,49 @@ impl Closer {
         let best = checks.first()?.clone();
         let verdict = judge(&best, &checks[1..], c);
         Some(Closure { from: c.a, to: c.b, check: best, predicted: c.predicted, verdict })
+    }
+
+    /// Accepts unconfirmed closures of map `b` that one of a neighbouring map agrees with.
+    fn confirm(&mut self, b: usize) {
+        let links = self.links();
+        let waiting: Vec<usize> = (0..self.closures.len())
+            .filter(|k| {
+                self.closures[*k].verdict == Verdict::Unconfirmed && b - self.closures[*k].to.min(b) <= NEIGHBOURS
+            })
+            .collect();
+        let mut confirmed = BTreeSet::new();
+        for (n, &x) in waiting.iter().enumerate() {
+            for &y in &waiting[..n] {
+                if self.closures[x].to != self.closures[y].to && self.agree(x, y, &links) {
+                    confirmed.extend([x, y]);
+                }
+            }
+        }
+        for k in confirmed {
+            self.closures[k].verdict = Verdict::Accepted;
+        }
+    }
+
+    /// Whether two closures agree about the drive between their local maps.
+    fn agree(&self, x: usize, y: usize, links: &[Link]) -> bool {
+        let (x, y) = (&self.closures[x], &self.closures[y]);
+        let from_a = from_source(self.maps.len(), links, x.from);
+        let from_b = from_source(self.maps.len(), links, x.to);
+        let (Some(p_a), Some(p_b)) = (from_a[y.from], from_b[y.to]) else { return false };
+        if whole_reach(&p_a) > REACH.1 || whole_reach(&p_b) > REACH.1 {
+            return false;
+        }
+        // T_xa_ya T_ya_yb = T_xa_xb T_xb_yb, each side a way from the one to the other.
+        let left = self.poses[x.from].between(&self.poses[y.from]) * y.check.pose;
+        let right = x.check.pose * self.poses[x.to].between(&self.poses[y.to]);
+        let e = left.minus(&right);
+        let ad = y.check.pose.inverse().adjoint();
+        let step = self.poses[x.to].between(&self.poses[y.to]).inverse().adjoint();
+        let spread = ad * p_a * ad.transpose()
+            + p_b
+            + invert(&floored(&y.check.information))
+            + step * invert(&floored(&x.check.information)) * step.transpose();
+        e.dot(&(invert(&spread) * e)) < GATE
     }
 
     /// Arranges the local maps; closures that the others contradict are rejected.
@@ -236,7 +325,7 @@ impl Closer {
         }
         let mut held = Vec::new();
         for (index, c) in self.closures.iter().enumerate().filter(|(_, c)| c.verdict == Verdict::Accepted) {
-            let information = floored(&c.check.information);
+            let information = c.information();
             edges.push(Edge { from: c.from, to: c.to, measurement: c.check.pose, information, robust: true });
             held.push(index);
         }
@@ -262,6 +351,9 @@ fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
     if e.dot(&(invert(&spread) * e)) > GATE {
         return Verdict::Implausible;
     }
+    if c.suggested.is_some() {
+        return Verdict::Unconfirmed;
+    }
     let known = invert(&(best.information + invert(&c.covariance)));
     if (known[(0, 0)] + known[(1, 1)]).sqrt() > SLIDES {
         return Verdict::Slides;
@@ -269,9 +361,14 @@ fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
     Verdict::Accepted
 }
 
-/// Half the edge of the window that holds the true pose, within what is searched [m].
+/// Half the edge of the window that holds the true pose [m].
+fn whole_reach(covariance: &Matrix3<f64>) -> f64 {
+    3.0 * (covariance[(0, 0)] + covariance[(1, 1)]).sqrt()
+}
+
+/// The same within what is searched.
 fn reach(covariance: &Matrix3<f64>) -> f64 {
-    (3.0 * (covariance[(0, 0)] + covariance[(1, 1)]).sqrt()).clamp(REACH.0, REACH.1)
+    whole_reach(covariance).clamp(REACH.0, REACH.1)
 }
 
 /// The information of a closure with the least covariance added.

@@ -2,10 +2,16 @@
 
 pub mod closer;
 pub mod keyframe;
+pub mod landmarks;
 pub mod local_map;
+pub mod mapper;
 pub mod motion;
+pub mod occupancy;
 pub mod offset;
+pub mod options;
 pub mod pose_graph;
 pub mod tracker;
+pub mod trajectory;
 pub mod uncertainty;
 pub mod verify;
+pub mod weak;

@@ -2,6 +2,7 @@
 
 use crate::keyframe::Keyframe;
 use crate::tracker::Finished;
+use groma_features::glarot::{self, Signature};
 use groma_geometry::Se2;
 use groma_registration::{CorrelativeField, SurfaceMap, SurfaceScan};
 use nalgebra::{Matrix3, Vector2};
@@ -35,6 +36,8 @@ pub struct LocalMap {
     pub views: Vec<(usize, Se2)>,
     /// Corners in the anchor frame.
     pub corners: Vec<Vector2<f64>>,
+    /// GLAROT signature of the corners.
+    pub signature: Signature,
     /// Measured pose of the next map's anchor in this one's frame, and its covariance; none for the last.
     pub next: Option<(Se2, Matrix3<f64>)>,
     field: OnceLock<CorrelativeField>,
@@ -55,6 +58,7 @@ impl LocalMap {
             surfaces: finished.map.surfaces,
             path: range.clone().map(|k| pose(k).translation).collect(),
             views: range.clone().step_by(step).map(|k| (k, pose(k))).collect(),
+            signature: Signature::from_points(&corners, &glarot::Options::default()),
             corners,
             keyframes: range,
             next: None,

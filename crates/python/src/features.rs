@@ -61,7 +61,7 @@ fn cgh_describe<'py>(
 }
 
 /// The signature of a set of landmarks.
-#[pyclass(frozen, skip_from_py_object)]
+#[pyclass(frozen)]
 struct GlarotSignature(glarot::Signature);
 
 #[pymethods]
@@ -81,7 +81,7 @@ impl GlarotSignature {
 }
 
 /// Signatures, searched exactly.
-#[pyclass(skip_from_py_object)]
+#[pyclass]
 struct GlarotIndex(glarot::Index);
 
 #[pymethods]

@@ -1,6 +1,7 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
 mod features;
+mod mapping;
 mod pose_graph;
 mod simulation;
 
@@ -9,6 +10,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     features::register(m)?;
+    mapping::register(m)?;
     pose_graph::register(m)?;
     simulation::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -197,3 +197,115 @@ fn limit(step: Vector3<f64>) -> Vector3<f64> {
     let factor = (0.5 / step.xy().norm()).min(0.35 / step.z.abs()).min(1.0);
     step * factor
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface_map::SurfaceMap;
+
+    /// Points on the walls of an L-shaped room, each moved along its normal by `noise`.
+    fn room(spacing: f64, mut noise: impl FnMut() -> f64) -> SurfaceScan {
+        let corners = [(-2.0, -1.5), (4.0, -1.5), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (-2.0, 3.0)];
+        let mut scan = SurfaceScan::default();
+        for k in 0..corners.len() {
+            let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
+            let (a, b) = (Vector2::new(a.0, a.1), Vector2::new(b.0, b.1));
+            let along = (b - a).normalize();
+            let normal = Vector2::new(-along.y, along.x);
+            let n = ((b - a).norm() / spacing) as usize;
+            for i in 0..n {
+                scan.points.push(a + along * (i as f64 * spacing) + normal * noise());
+                scan.normals.push(normal);
+            }
+        }
+        scan
+    }
+
+    fn seen_from(scan: &SurfaceScan, pose: &Se2) -> SurfaceScan {
+        let inverse = pose.inverse();
+        SurfaceScan {
+            points: scan.points.iter().map(|p| inverse.act(*p)).collect(),
+            normals: scan.normals.iter().map(|n| inverse.rotation.act(*n)).collect(),
+        }
+    }
+
+    fn map_of(scan: &SurfaceScan) -> SurfaceMap {
+        let mut map = SurfaceMap::default();
+        map.insert(scan, &Se2::IDENTITY);
+        map
+    }
+
+    /// Standard normal numbers from a linear congruential generator (sum of twelve uniforms).
+    fn gaussian(seed: &mut u64) -> f64 {
+        (0..12)
+            .map(|_| {
+                *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (*seed >> 11) as f64 / (1u64 << 53) as f64
+            })
+            .sum::<f64>()
+            - 6.0
+    }
+
+    #[test]
+    fn recovers_the_pose_exactly_without_noise() {
+        let truth = Se2::new(0.3, -0.2, 0.15);
+        let walls = room(0.05, || 0.0);
+        let found = align(&seen_from(&walls, &truth), &map_of(&walls), Se2::IDENTITY, None);
+        let error = truth.between(&found.pose);
+        assert!(found.converged && error.log().norm() < 1e-9, "{error:?}");
+        assert!(found.share > 0.99);
+    }
+
+    #[test]
+    fn a_jump_of_the_odometry_is_overruled_by_the_scan() {
+        let truth = Se2::new(0.1, 0.0, 0.05);
+        let walls = room(0.05, || 0.0);
+        let information = Matrix3::from_diagonal(&Vector3::new(1e3, 1e3, 1e4));
+        let prior = Prior { pose: Se2::new(0.9, 0.3, 0.5), information, dof: 4.0 };
+        let found = align(&seen_from(&walls, &truth), &map_of(&walls), Se2::IDENTITY, Some(&prior));
+        assert!(truth.between(&found.pose).log().norm() < 0.02, "{:?}", found.pose);
+    }
+
+    #[test]
+    fn a_corridor_leaves_its_direction_to_the_prior() {
+        let wall = |y: f64, ny: f64| (0..200).map(move |i| (Vector2::new(0.05 * f64::from(i) - 5.0, y), ny));
+        let mut corridor = SurfaceScan::default();
+        for (p, ny) in wall(1.0, -1.0).chain(wall(-1.0, 1.0)) {
+            corridor.points.push(p);
+            corridor.normals.push(Vector2::new(0.0, ny));
+        }
+        let information = Matrix3::from_diagonal(&Vector3::new(1e2, 1e2, 1e3));
+        let prior = Prior { pose: Se2::new(0.5, 0.1, 0.02), information, dof: 4.0 };
+        let found = align(&corridor, &map_of(&corridor), prior.pose, Some(&prior));
+        assert!(found.pose.y().abs() < 0.01 && found.pose.theta().abs() < 0.002 && (found.pose.x() - 0.5).abs() < 0.05);
+        assert!(found.information[(0, 0)] < 1e-3 * found.information[(1, 1)]);
+    }
+
+    #[test]
+    fn nothing_to_match_returns_the_prior() {
+        let prior = Prior { pose: Se2::new(1.0, 2.0, 0.3), information: Matrix3::identity(), dof: 4.0 };
+        let found = align(&room(0.1, || 0.0), &SurfaceMap::default(), prior.pose, Some(&prior));
+        assert_eq!(found.matched, 0);
+        assert!(prior.pose.between(&found.pose).log().norm() < 1e-12);
+        let empty = align(&SurfaceScan::default(), &map_of(&room(0.1, || 0.0)), prior.pose, None);
+        assert!(empty.share == 0.0 && empty.pose == prior.pose);
+    }
+
+    #[test]
+    fn with_independent_noise_the_covariance_is_safe_by_the_stated_share() {
+        // Readings with independent noise: the true spread is `INDEPENDENCE` times what the covariance says, because
+        // real readings are not independent. NEES per degree of freedom must be near that share.
+        let mut seed = 7;
+        let map = map_of(&room(0.05, || 0.0));
+        let truth = Se2::new(0.05, -0.05, 0.02);
+        let runs = 300;
+        let mut nees = 0.0;
+        for _ in 0..runs {
+            let scan = room(0.05, || 0.02 * gaussian(&mut seed));
+            let found = align(&seen_from(&scan, &truth), &map, Se2::IDENTITY, None);
+            let e = found.pose.minus(&truth);
+            nees += e.dot(&(found.information * e)) / (3 * runs) as f64;
+        }
+        assert!(nees > 0.6 * INDEPENDENCE && nees < 1.4 * INDEPENDENCE, "{nees}");
+    }
+}

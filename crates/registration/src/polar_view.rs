@@ -35,6 +35,7 @@ pub struct PolarView {
     /// Points and normals in the vehicle frame.
     pub scan: SurfaceScan,
     laser: Se2,
+    twist: Vector3<f64>,
     geometry: BeamGeometry,
     ranges: Vec<f32>,
     /// Bearings of the points from the laser, rising, and their indices.
@@ -59,13 +60,23 @@ impl PolarView {
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let hit = |r: &f64| if scan.geometry.is_hit(*r) { *r as f32 } else { f32::NAN };
         let ranges = scan.ranges.iter().map(hit).collect();
-        Self { scan: surface, laser: *t_base_laser, geometry: scan.geometry, ranges, order }
+        Self { scan: surface, laser: *t_base_laser, twist, geometry: scan.geometry, ranges, order }
     }
 
     /// The laser in the vehicle frame.
     #[must_use]
     pub fn laser(&self) -> &Se2 {
         &self.laser
+    }
+
+    /// The laser in the vehicle frame of the scan's stamp when beam `i` was fired.
+    #[must_use]
+    pub fn laser_at(&self, i: usize) -> Se2 {
+        let seconds = i as f64 * self.geometry.time_increment;
+        if seconds == 0.0 || self.twist == Vector3::zeros() {
+            return self.laser;
+        }
+        Se2::exp(self.twist * seconds) * self.laser
     }
 
     /// What this view says of a point in the vehicle frame.
@@ -168,6 +179,19 @@ mod tests {
         assert_eq!(v.visibility(Vector2::new(3.0, 0.5)), Visibility::Hidden);
         assert_eq!(v.visibility(Vector2::new(-1.0, 0.5)), Visibility::NotInView);
         assert_eq!(v.visibility(Vector2::new(1.0, 0.0)), Visibility::NotInView);
+    }
+
+    #[test]
+    fn the_laser_moves_with_the_vehicle_during_the_sweep() {
+        let mut geometry = *view().ranges().1;
+        geometry.time_increment = 0.01;
+        let scan = LaserScan { stamp: 0.0, geometry, ranges: vec![2.0; 11], intensities: vec![] };
+        let v = PolarView::new(&scan, &Se2::new(0.1, 0.0, 0.0), Vector3::new(1.0, 0.0, 0.0));
+        assert!((v.laser_at(10).translation - Vector2::new(0.2, 0.0)).norm() < 1e-12);
+        assert_eq!(v.laser_at(0), *v.laser());
+        // The same place that the points of the scan were taken from.
+        let last = v.scan.points.last().unwrap() - v.laser_at(10).translation;
+        assert!((last.norm() - 2.0).abs() < 1e-9);
     }
 
     #[test]

@@ -1,0 +1,240 @@
+//! The landmark map: corners that keyframes saw again and again, each with an honest covariance.
+//!
+//! Every corner of every keyframe is brought into the map, in order of time, and joins the nearest cluster within
+//! `GATE` that opens into the same direction (`TURN`), one corner a keyframe and cluster; else it begins a new one.
+//!
+//! ```text
+//! x_i = T_i c_i,   V_i = R_i C_i R_i^T,   W_i = (V_i + tau^2 I)^-1,   S = sum W_i
+//! x   = S^-1 sum W_i x_i
+//! P   = S^-1 + J_k Sigma_k J_k^T + FLOOR^2 I
+//! ```
+//!
+//! - **Scatter.** The `x_i` differ by more than `C_i` says: each pose has an error of its own, and a corner looks
+//!   different from elsewhere. `tau^2`, what that adds to each, comes from the sum of squared innovations under `V_i` alone,
+//!   whose expectation is `2 n - 2 + tau^2 (tr S - tr S^-1 sum W_i^2)` (the moment estimate of DerSimonian and Laird,
+//!   "Meta-analysis in clinical trials", 1986, in the plane). It is isotropic: for three sights more is not estimable.
+//! - **Pose.** What the poses have in common does not average out. `Sigma_k` is the covariance of the best-known pose
+//!   that saw the corner (the smallest trace of `J_k Sigma_k J_k^T`), relative to the first pose, perturbed on the right:
+//!   `J_k = R_k [I | e_z x c_k]`.
+//! - **Floor.** What all sights share for other reasons, the scanner's bias above all, is `FLOOR` at least.
+//!
+//! A landmark is kept when `LEAST_SEEN` keyframes detected it, and these are no less than a share `LEAST_SHARE` of those
+//! that had it in view. In view: detected; or within `REACH`, and the scan shows a surface there or beyond. The corner of
+//! a parked pallet is thus forgotten when later drives look through it.
+//!
+//! Assumes that errors of different keyframes are independent except for the common part. Errors that a slow drift of
+//! the poses makes common to the sights of one pass only are averaged as if independent. It does not join what the
+//! map holds doubled because a loop was not closed.
+
+use crate::keyframe::Keyframe;
+use groma_features::Keypoint;
+use groma_geometry::{Se2, wrap};
+use groma_models::{Landmark, LandmarkMap};
+use groma_registration::Visibility;
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_3;
+
+/// A corner this close to a landmark may be it [m].
+const GATE: f64 = 0.2;
+/// Its orientation differs by less than this [rad].
+const TURN: f64 = FRAC_PI_3;
+/// A landmark was detected this often at least,
+const LEAST_SEEN: usize = 3;
+/// and in this share of the scans that had it in view.
+const LEAST_SHARE: f64 = 0.2;
+/// Corners are in view up to this range [m].
+const REACH: f64 = 15.0;
+/// Standard deviation that no number of sights averages out [m].
+const FLOOR: f64 = 0.005;
+/// Least standard deviation of a single sight: below it, its weight would be an illusion [m].
+const LEAST_SIGMA: f64 = 0.001;
+
+/// The landmarks of `keyframes` at `poses` (map from vehicle), whose `covariances` are relative to the first pose, perturbed
+/// on the right; one of each a keyframe. In order of first sight.
+#[must_use]
+pub fn landmarks(keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> LandmarkMap {
+    let mut clusters = Clusters::default();
+    for (k, ((keyframe, pose), covariance)) in keyframes.iter().zip(poses).zip(covariances).enumerate() {
+        let sights = keyframe.corners.iter().filter_map(|c| Sight::new(k, c, pose, covariance)).collect();
+        clusters.add(sights);
+    }
+    let enough = clusters.clusters.par_iter().filter(|c| c.sights.len() >= LEAST_SEEN);
+    LandmarkMap { landmarks: enough.filter_map(|c| c.landmark(keyframes, poses)).collect() }
+}
+
+/// A corner as one keyframe saw it, in the map frame.
+struct Sight {
+    keyframe: usize,
+    point: Vector2<f64>,
+    orientation: f64,
+    /// Of the corner alone.
+    covariance: Matrix2<f64>,
+    /// What the pose adds.
+    from_pose: Matrix2<f64>,
+}
+
+impl Sight {
+    /// None if a number is not finite.
+    fn new(keyframe: usize, corner: &Keypoint, pose: &Se2, pose_covariance: &Matrix3<f64>) -> Option<Self> {
+        let r = pose.rotation.matrix();
+        let c = corner.point;
+        let jacobian = r * Matrix2x3::new(1.0, 0.0, -c.y, 0.0, 1.0, c.x);
+        let sight = Self {
+            keyframe,
+            point: pose.act(c),
+            orientation: wrap(corner.orientation + pose.theta()),
+            covariance: r * corner.covariance * r.transpose() + Matrix2::identity() * LEAST_SIGMA.powi(2),
+            from_pose: jacobian * pose_covariance * jacobian.transpose(),
+        };
+        let sum = sight.point.sum() + sight.orientation + sight.covariance.sum() + sight.from_pose.sum();
+        sum.is_finite().then_some(sight)
+    }
+}
+
+/// Sights of one corner.
+struct Cluster {
+    sights: Vec<Sight>,
+    /// Mean of the points.
+    center: Vector2<f64>,
+    /// Sum of the unit vectors of the orientations.
+    facing: Vector2<f64>,
+}
+
+impl Cluster {
+    fn orientation(&self) -> f64 {
+        self.facing.y.atan2(self.facing.x)
+    }
+
+    fn push(&mut self, sight: Sight) {
+        self.facing += Vector2::new(sight.orientation.cos(), sight.orientation.sin());
+        self.center += (sight.point - self.center) / (self.sights.len() + 1) as f64;
+        self.sights.push(sight);
+    }
+
+    /// The landmark, if it was found often enough where it was in view.
+    fn landmark(&self, keyframes: &[Keyframe], poses: &[Se2]) -> Option<Landmark> {
+        let (position, scatter) = self.fuse()?;
+        let (seen, visible) = (self.sights.len(), self.visible(position, keyframes, poses));
+        let from_pose = self.sights.iter().map(|s| s.from_pose).min_by(|a, b| a.trace().total_cmp(&b.trace()))?;
+        (seen as f64 >= LEAST_SHARE * visible as f64).then(|| Landmark {
+            position,
+            covariance: scatter + from_pose + Matrix2::identity() * FLOOR.powi(2),
+            orientation: self.orientation(),
+            seen: seen as u32,
+            visible: visible as u32,
+        })
+    }
+
+    /// The weighted mean and its covariance, with the scatter that the sights show.
+    fn fuse(&self) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let (mean, _) = self.mean(0.0)?;
+        let (mut innovation_sq, mut trace, mut squares) = (0.0, 0.0, Matrix2::zeros());
+        let mut total = Matrix2::zeros();
+        for s in &self.sights {
+            let w = s.covariance.try_inverse()?;
+            let e = s.point - mean;
+            innovation_sq += e.dot(&(w * e));
+            trace += w.trace();
+            squares += w * w;
+            total += w;
+        }
+        let freedom = 2.0 * self.sights.len() as f64 - 2.0;
+        let sensitivity = trace - (total.try_inverse()? * squares).trace();
+        let excess = innovation_sq - freedom;
+        self.mean(if excess > 0.0 && sensitivity > 0.0 { excess / sensitivity } else { 0.0 })
+    }
+
+    /// The weighted mean and its covariance when each sight has the variance `tau_sq` besides its own covariance.
+    fn mean(&self, tau_sq: f64) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let (mut information, mut weighted) = (Matrix2::zeros(), Vector2::zeros());
+        for s in &self.sights {
+            let w = (s.covariance + Matrix2::identity() * tau_sq).try_inverse()?;
+            information += w;
+            // From the centre: coordinates far from the origin would cost digits.
+            weighted += w * (s.point - self.center);
+        }
+        let covariance = information.try_inverse()?;
+        Some((self.center + covariance * weighted, covariance))
+    }
+
+    /// Number of keyframes that had the landmark in view.
+    fn visible(&self, position: Vector2<f64>, keyframes: &[Keyframe], poses: &[Se2]) -> usize {
+        let mut detected = self.sights.iter().map(|s| s.keyframe).peekable();
+        let in_view = |(k, (keyframe, pose)): (usize, (&Keyframe, &Se2))| {
+            if detected.next_if_eq(&k).is_some() {
+                return true;
+            }
+            (pose.translation - position).norm_squared() < REACH * REACH
+                && matches!(
+                    keyframe.view.visibility(pose.inverse().act(position)),
+                    Visibility::Agrees | Visibility::SeenThrough
+                )
+        };
+        keyframes.iter().zip(poses).enumerate().map(in_view).filter(|in_view| *in_view).count()
+    }
+}
+
+/// Clusters, found by place.
+#[derive(Default)]
+struct Clusters {
+    clusters: Vec<Cluster>,
+    /// Clusters by the cell that holds their centre.
+    cells: HashMap<(i64, i64), Vec<usize>>,
+}
+
+impl Clusters {
+    /// Adds what one keyframe saw: the closest pair of sight and cluster first.
+    fn add(&mut self, sights: Vec<Sight>) {
+        let near = |(i, s): (usize, &Sight)| self.near(s).into_iter().map(|(sq, c)| (sq, i, c)).collect::<Vec<_>>();
+        let mut pairs: Vec<(f64, usize, usize)> = sights.iter().enumerate().flat_map(near).collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut cluster_of: Vec<Option<usize>> = vec![None; sights.len()];
+        for (_, sight, cluster) in pairs {
+            if cluster_of[sight].is_none() && !cluster_of.contains(&Some(cluster)) {
+                cluster_of[sight] = Some(cluster);
+            }
+        }
+        for (sight, cluster) in sights.into_iter().zip(cluster_of) {
+            match cluster {
+                Some(c) => self.join(c, sight),
+                None => self.begin(sight),
+            }
+        }
+    }
+
+    /// Clusters that may be what was seen, with their squared distances.
+    fn near(&self, sight: &Sight) -> Vec<(f64, usize)> {
+        let (column, row) = cell(sight.point);
+        let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (column.saturating_add(i), row.saturating_add(j))));
+        let candidates = around.filter_map(|c| self.cells.get(&c)).flatten();
+        candidates
+            .filter(|&&c| wrap(self.clusters[c].orientation() - sight.orientation).abs() < TURN)
+            .map(|&c| ((self.clusters[c].center - sight.point).norm_squared(), c))
+            .filter(|(sq, _)| *sq < GATE * GATE)
+            .collect()
+    }
+
+    fn begin(&mut self, sight: Sight) {
+        self.cells.entry(cell(sight.point)).or_default().push(self.clusters.len());
+        let mut cluster = Cluster { sights: Vec::new(), center: Vector2::zeros(), facing: Vector2::zeros() };
+        cluster.push(sight);
+        self.clusters.push(cluster);
+    }
+
+    fn join(&mut self, c: usize, sight: Sight) {
+        let before = cell(self.clusters[c].center);
+        self.clusters[c].push(sight);
+        let after = cell(self.clusters[c].center);
+        if before != after {
+            self.cells.entry(before).or_default().retain(|other| *other != c);
+            self.cells.entry(after).or_default().push(c);
+        }
+    }
+}
+
+/// The cell of the hash that holds a point.
+fn cell(p: Vector2<f64>) -> (i64, i64) {
+    ((p.x / GATE).floor() as i64, (p.y / GATE).floor() as i64)
+}

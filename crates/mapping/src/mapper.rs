@@ -1,0 +1,333 @@
+//! The whole of mapping: scans and odometry in, a map out.
+//!
+//! ```text
+//! scan -> tracker -> keyframes -> local maps -> closures -> pose graph of all keyframes -> trajectory, grid, landmarks
+//! ```
+//!
+//! Scans and odometry are pushed in order of time, the odometry up to the end of a scan before the scan. Each step looks at the past
+//! only; [`Mapper::finish`] may be called at any time and gives a finished map of what was pushed. Offline (the default) it
+//! first goes over all pairs of local maps again.
+
+use crate::closer::{Closer, Closure, Verdict};
+use crate::keyframe::Keyframe;
+use crate::landmarks::landmarks;
+use crate::local_map::{LocalMap, link};
+use crate::occupancy::occupancy;
+use crate::options::Options;
+use crate::pose_graph::{self, Edge, PoseGraph};
+use crate::tracker::{Finished, Tracker};
+use crate::trajectory::at_odometry_rate;
+use crate::weak::{WeakSpot, weak_spots};
+use groma_features::Keypoint;
+use groma_features::falko::Detector;
+use groma_geometry::{Se2, wrap};
+use groma_models::{BeamGeometry, Grid, LandmarkMap, LaserScan, Odometry, OdometryTrack};
+use groma_registration::PolarView;
+use nalgebra::{Matrix3, Vector3};
+
+/// A scan with fewer hits says nothing of where it was taken.
+const LEAST_HITS: usize = 10;
+/// Odometry counts for stamps this far beyond its ends [s].
+const SLACK: f64 = 0.3;
+
+/// Why a scan was not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skipped {
+    /// Its stamp is not after that of the scan before.
+    Late,
+    /// It has fewer than ten hits.
+    Empty,
+}
+
+/// What an edge of the final graph stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdgeKind {
+    /// The step between successive keyframes: registration and odometry.
+    Step,
+    /// A loop closure.
+    Closure,
+}
+
+/// A map and how it came about.
+pub struct MapResult {
+    /// Keyframe stamps [s].
+    pub stamps: Vec<f64>,
+    /// The graph at its optimum.
+    pub graph: PoseGraph,
+    /// What its edges stand for.
+    pub kinds: Vec<EdgeKind>,
+    /// Their squared Mahalanobis residuals.
+    pub chi_squares: Vec<f64>,
+    /// Covariance of each node relative to the first, right perturbation.
+    pub covariances: Vec<Matrix3<f64>>,
+    /// The vehicle at the rate of the odometry: stamp, final pose.
+    pub trajectory: Vec<(f64, Se2)>,
+    /// The same from registration alone, before any closure.
+    pub tracked: Vec<Se2>,
+    /// The same from odometry alone; empty without odometry.
+    pub odometry: Vec<Se2>,
+    /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
+    pub closures: Vec<(Closure, usize, usize)>,
+    /// Occupancy.
+    pub grid: Grid,
+    /// Corners.
+    pub landmarks: LandmarkMap,
+    /// Where the map is poorly held.
+    pub weak: Vec<WeakSpot>,
+    /// Local maps.
+    pub local_maps: usize,
+    /// The laser's place against the odometry as learned, beyond the mount that was given: pose and its standard deviations.
+    pub offset: (Se2, Vector3<f64>),
+}
+
+/// A scan and the keyframe its pose hangs on.
+struct Placed {
+    stamp: f64,
+    keyframe: usize,
+    t_keyframe_scan: Se2,
+    online: Se2,
+}
+
+/// Builds a map from scans and odometry.
+pub struct Mapper {
+    options: Options,
+    track: OdometryTrack,
+    tracker: Tracker,
+    detector: Option<(BeamGeometry, usize, Detector)>,
+    keyframes: Vec<Keyframe>,
+    closer: Closer,
+    placed: Vec<Placed>,
+}
+
+impl Mapper {
+    /// An empty map.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self {
+            options,
+            track: OdometryTrack::default(),
+            tracker: Tracker::default(),
+            detector: None,
+            keyframes: Vec::new(),
+            closer: Closer::default(),
+            placed: Vec::new(),
+        }
+    }
+
+    /// Takes an odometry reading; false if its stamp does not rise or it is not finite.
+    pub fn push_odometry(&mut self, reading: Odometry) -> bool {
+        self.track.push(reading)
+    }
+
+    /// Number of keyframes, of local maps and of accepted closures so far.
+    #[must_use]
+    pub fn progress(&self) -> (usize, usize, usize) {
+        let closed = self.closer.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count();
+        (self.keyframes.len(), self.closer.maps.len(), closed)
+    }
+
+    /// Takes a scan of a laser mounted at `t_base_laser`.
+    ///
+    /// # Errors
+    /// [`Skipped`] when the scan cannot be used; nothing has changed then.
+    pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2) -> Result<(), Skipped> {
+        if self.placed.last().is_some_and(|last| scan.stamp <= last.stamp) || !scan.stamp.is_finite() {
+            return Err(Skipped::Late);
+        }
+        let view = PolarView::new(scan, t_base_laser, self.twist(scan));
+        if view.scan.points.len() < LEAST_HITS {
+            return Err(Skipped::Empty);
+        }
+        let increment = self.increment(scan.stamp);
+        let step = self.tracker.step(scan.stamp, view, increment, &mut self.keyframes);
+        if step.is_keyframe {
+            self.detect(scan, t_base_laser);
+        }
+        if let Some(finished) = step.finished {
+            self.add_local_map(finished);
+        }
+        self.place(scan.stamp, &step.pose);
+        Ok(())
+    }
+
+    /// The twist of the vehicle during a sweep: from odometry, or as tracked.
+    fn twist(&self, scan: &LaserScan) -> Vector3<f64> {
+        let sweep = scan.geometry.time_increment * scan.ranges.len().saturating_sub(1) as f64;
+        if sweep == 0.0 {
+            return Vector3::zeros();
+        }
+        let covered = |t: f64| self.track.at(t).filter(|_| self.covers(t));
+        match (covered(scan.stamp), covered(scan.stamp + sweep)) {
+            (Some(a), Some(b)) => self.tracker.offset().apply(&a.between(&b)).log() / sweep,
+            _ => self.tracker.velocity(),
+        }
+    }
+
+    /// The odometry since the last scan, if it covers both ends.
+    fn increment(&self, stamp: f64) -> Option<Se2> {
+        let last = self.placed.last()?.stamp;
+        let covered = self.covers(last) && self.covers(stamp);
+        covered.then(|| Some(self.track.at(last)?.between(&self.track.at(stamp)?))).flatten()
+    }
+
+    fn covers(&self, stamp: f64) -> bool {
+        let readings = self.track.readings();
+        match (readings.first(), readings.last()) {
+            (Some(a), Some(b)) => stamp > a.stamp - SLACK && stamp < b.stamp + SLACK,
+            _ => false,
+        }
+    }
+
+    /// Finds the corners of the scan that just became a keyframe.
+    fn detect(&mut self, scan: &LaserScan, t_base_laser: &Se2) {
+        let beams = scan.ranges.len();
+        if !self.detector.as_ref().is_some_and(|(g, n, _)| *g == scan.geometry && *n == beams) {
+            self.detector = Some((scan.geometry, beams, Detector::new(scan.geometry, beams, self.options.corners)));
+        }
+        let (Some((_, _, detector)), Some(keyframe)) = (&mut self.detector, self.keyframes.last_mut()) else { return };
+        detector.detect(&scan.ranges, &mut keyframe.corners);
+        for corner in &mut keyframe.corners {
+            let r = t_base_laser.rotation.matrix();
+            *corner = Keypoint {
+                point: t_base_laser.act(corner.point),
+                orientation: wrap(corner.orientation + t_base_laser.theta()),
+                covariance: r * corner.covariance * r.transpose(),
+                ..*corner
+            };
+        }
+    }
+
+    fn add_local_map(&mut self, finished: Finished) {
+        let map = LocalMap::new(finished, &self.keyframes);
+        if let Some(last) = self.closer.maps.last_mut() {
+            link(last, &map, &self.keyframes);
+        }
+        self.closer.add(map);
+        self.closer.close(self.closer.maps.len() - 1, &self.keyframes);
+    }
+
+    fn place(&mut self, stamp: f64, tracked: &Se2) {
+        let keyframe = self.keyframes.len() - 1;
+        let t_keyframe_scan = self.keyframes[keyframe].tracked.between(tracked);
+        let online = match (self.closer.maps.last(), self.closer.poses.last()) {
+            (Some(map), Some(pose)) => *pose * map.anchor.between(tracked),
+            _ => *tracked,
+        };
+        self.placed.push(Placed { stamp, keyframe, t_keyframe_scan, online });
+    }
+
+    /// The map of what was pushed.
+    ///
+    /// # Errors
+    /// When no scan could be used, or the pose graph cannot be solved.
+    pub fn finish(mut self) -> Result<MapResult, Error> {
+        if self.keyframes.is_empty() {
+            return Err(Error::NoScan);
+        }
+        if let Some(finished) = self.tracker.finish(self.keyframes.len()) {
+            self.add_local_map(finished);
+        }
+        if !self.options.online {
+            self.closer.revisit(&self.keyframes);
+        }
+        let (mut graph, kinds) = self.graph();
+        let solution = graph.optimize(&pose_graph::Options::default())?;
+        graph.nodes = solution.nodes;
+        let covariances = graph.marginals(&solution.weights)?;
+        Ok(self.assemble(graph, kinds, solution.chi_squares, covariances))
+    }
+
+    /// The graph of all keyframes: steps and closures.
+    fn graph(&self) -> (PoseGraph, Vec<EdgeKind>) {
+        let mut edges = Vec::new();
+        for k in 1..self.keyframes.len() {
+            let measurement = self.keyframes[k - 1].tracked.between(&self.keyframes[k].tracked);
+            let information = self.keyframes[k].step.try_inverse().unwrap_or_else(Matrix3::identity);
+            edges.push(Edge { from: k - 1, to: k, measurement, information, robust: false });
+        }
+        let mut kinds = vec![EdgeKind::Step; edges.len()];
+        for c in self.closer.closures.iter().filter(|c| c.verdict == Verdict::Accepted) {
+            edges.push(Edge {
+                from: self.closer.maps[c.from].keyframes.start,
+                to: self.closer.maps[c.to].keyframes.start,
+                measurement: c.check.pose,
+                information: c.information(),
+                robust: false,
+            });
+            kinds.push(EdgeKind::Closure);
+        }
+        (PoseGraph { nodes: self.keyframe_poses(), edges }, kinds)
+    }
+
+    /// Keyframes as the pose graph of local maps places them.
+    fn keyframe_poses(&self) -> Vec<Se2> {
+        let mut poses: Vec<Se2> = self.keyframes.iter().map(|k| k.tracked).collect();
+        for (map, pose) in self.closer.maps.iter().zip(&self.closer.poses) {
+            for k in map.keyframes.clone() {
+                poses[k] = *pose * map.anchor.between(&self.keyframes[k].tracked);
+            }
+        }
+        poses
+    }
+
+    fn assemble(
+        self,
+        graph: PoseGraph,
+        kinds: Vec<EdgeKind>,
+        chi_squares: Vec<f64>,
+        covariances: Vec<Matrix3<f64>>,
+    ) -> MapResult {
+        let offset = self.tracker.offset();
+        let shift = |u: &Se2| offset.apply(u);
+        let scans = |pose: &dyn Fn(&Placed) -> Se2| self.placed.iter().map(|p| (p.stamp, pose(p))).collect::<Vec<_>>();
+        let finals = scans(&|p| graph.nodes[p.keyframe] * p.t_keyframe_scan);
+        let chosen = if self.options.online { scans(&|p| p.online) } else { finals };
+        let tracked = scans(&|p| self.keyframes[p.keyframe].tracked * p.t_keyframe_scan);
+        let trajectory = at_odometry_rate(&chosen, &self.track, shift);
+        let odometry = odometry_alone(&trajectory, &self.track, shift);
+        MapResult {
+            stamps: self.keyframes.iter().map(|k| k.stamp).collect(),
+            tracked: at_odometry_rate(&tracked, &self.track, shift).into_iter().map(|(_, p)| p).collect(),
+            odometry,
+            trajectory,
+            grid: occupancy(&self.keyframes, &graph.nodes, self.options.resolution),
+            landmarks: landmarks(&self.keyframes, &graph.nodes, &covariances),
+            weak: weak_spots(&self.keyframes, &graph.nodes),
+            local_maps: self.closer.maps.len(),
+            offset: (offset.pose(), offset.sigmas()),
+            closures: self
+                .closer
+                .closures
+                .iter()
+                .map(|c| {
+                    let anchor = |m: usize| self.closer.maps[m].keyframes.start;
+                    (c.clone(), anchor(c.from), anchor(c.to))
+                })
+                .collect(),
+            graph,
+            kinds,
+            chi_squares,
+            covariances,
+        }
+    }
+}
+
+/// The path that odometry alone gives, started at the first pose of the trajectory.
+fn odometry_alone(trajectory: &[(f64, Se2)], track: &OdometryTrack, shift: impl Fn(&Se2) -> Se2) -> Vec<Se2> {
+    let Some((start, first)) = trajectory.first().and_then(|(t, p)| Some((track.at(*t)?, p))) else {
+        return Vec::new();
+    };
+    let at = |t: f64| track.at(t).unwrap_or(start);
+    trajectory.iter().map(|(t, _)| *first * shift(&start.between(&at(*t)))).collect()
+}
+
+/// Why there is no map.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// No scan could be used.
+    #[error("no scan could be used: there is nothing to map")]
+    NoScan,
+    /// The pose graph could not be solved.
+    #[error("the pose graph could not be solved: {0}")]
+    Graph(#[from] pose_graph::Error),
+}

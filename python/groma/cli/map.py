@@ -1,0 +1,147 @@
+"""`groma map`: a recording in, a map out."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tomllib
+from datetime import datetime
+from pathlib import Path
+from time import monotonic
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from groma import _core
+from groma.errors import UserError
+from groma.io.drive import Drive, open_drive
+from groma.io.recording import open_recording
+from groma.io.results import point_latest, result_directory, save_map, shown_command
+from groma.mapper import map_drive
+from groma.mapping import MapResult
+from groma.report.words import verdict
+
+
+def map_(
+    file: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    scans: str | None = None,
+    odometry: str | None = None,
+    online: Annotated[bool, Parameter(negative=())] = False,
+    resolution: float | None = None,
+    config: Path | None = None,
+    threads: int | None = None,
+    rerun: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
+    """Map a building from a recording: nav2 map, trajectory, pose graph, landmarks and a report.
+
+    groma map drive.mcap
+
+    groma map intel.clf.gz --odometry none -o out
+
+    Parameters
+    ----------
+    file
+        What `groma inspect` can read.
+    output
+        Folder for the results; a new one in results/ when left out.
+    scans
+        Name of the scan stream, if there are several.
+    odometry
+        Name of the odometry stream, or none to map from the scans alone.
+    online
+        Let every pose use only what was seen before it.
+    resolution
+        Cell of the occupancy map [m].
+    config
+        TOML with a table [map] (groma config prints it) or the run.toml of another run.
+    threads
+        Threads to use; all cores when left out. The result does not depend on it.
+    rerun
+        Also write map.rrd for the rerun viewer (pip install groma[rerun]).
+    """
+    if rerun:
+        from groma.view.rerun import load_rerun
+
+        load_rerun()
+    if threads is not None:
+        os.environ["RAYON_NUM_THREADS"] = str(threads)
+    settings = _settings(config, online, resolution)
+    drive = open_drive(open_recording(file), scans=scans, odometry=odometry)
+    directory = result_directory(output, datetime.now().astimezone())
+    try:
+        result = _with_progress(drive, settings)
+    except BaseException:
+        if output is None and not any(directory.iterdir()):
+            directory.rmdir()
+        raise
+    save_map(result, {"map": settings}, file, directory, shown_command(sys.argv[1:]))
+    if output is None:
+        point_latest(directory)
+    if rerun:
+        from groma.view.rerun import save_rrd
+
+        save_rrd(result, directory / "map.rrd")
+    _tell(result, drive, directory)
+
+
+def _settings(config: Path | None, online: bool, resolution: float | None) -> dict[str, object]:
+    settings = dict(_core.map_defaults())
+    if config is not None:
+        settings |= _table(config)
+    if online:
+        settings["online"] = True
+    if resolution is not None:
+        settings["resolution"] = resolution
+    return settings
+
+
+def _table(config: Path) -> dict[str, object]:
+    """Return the table [map] of a settings file, or [settings.map] of a run.toml."""
+    try:
+        content = tomllib.loads(config.read_text("utf-8"))
+    except OSError as error:
+        raise UserError(f"{config}: cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{config}: is not TOML: {error}") from error
+    table = content.get("settings", content).get("map")
+    if not isinstance(table, dict):
+        raise UserError(f"{config}: has no table [map]: `groma config` prints one to start from")
+    return table
+
+
+def _with_progress(drive: Drive, settings: dict[str, object]) -> MapResult:
+    counts = [stream.count for stream in drive.recording.streams if stream.name == drive.scans]
+    total = counts[0] if counts else None
+    console = Console(stderr=True)
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("scans {task.fields[state]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("map", total=total, state="")
+
+        start = monotonic()
+
+        def show(scans: int, keyframes: int, local_maps: int, closures: int) -> None:
+            if scans % 20 == 0:
+                rate = scans / (monotonic() - start)
+                state = f"{rate:.0f}/s, {keyframes} keyframes, {local_maps} local maps, {closures} closures"
+                progress.update(task, completed=scans, state=state)
+
+        return map_drive(drive, settings, None if progress.disable else show)
+
+
+def _tell(result: MapResult, drive: Drive, directory: Path) -> None:
+    for note in [*drive.notes, *drive.recording.notes.lines()]:
+        print(f"note: {note}", file=sys.stderr)
+    for reason, count in drive.skipped.items():
+        print(f"skipped: {count} {reason}", file=sys.stderr)
+    print(verdict(result))
+    print(f"{directory / 'report.html'}")

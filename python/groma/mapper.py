@@ -1,0 +1,159 @@
+"""From a drive to a map: the Rust core fed in order of time, its arrays put into values."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from groma import _core
+from groma.errors import EstimationError, UserError
+from groma.io.drive import Drive
+from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph, WeakSpot
+from groma.models import LaserScan, Odometry
+
+Progress = Callable[[int, int, int, int], None]
+"""Called with scans read, keyframes, local maps and closures."""
+
+
+def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress | None = None) -> MapResult:
+    """Map a drive.
+
+    Ctrl-C ends the reading, not the mapping: the map of what was read is finished.
+
+    Parameters
+    ----------
+    drive
+        Scans and odometry in order of time.
+    settings
+        Those of ``groma config``; what is left out has its default.
+    progress
+        Called after every scan.
+
+    Raises
+    ------
+    UserError
+        When a setting is unknown or out of range.
+    EstimationError
+        When no scan could be used or the pose graph cannot be solved.
+    """
+    try:
+        core = _core.Mapper(json.dumps(settings))
+    except ValueError as error:
+        raise UserError(f"setting of map: {error}") from error
+    counts: Counter[str] = Counter()
+    try:
+        _feed(core, drive, counts, progress)
+    except KeyboardInterrupt:
+        counts["interrupted"] = 1
+    try:
+        arrays = core.finish()
+    except RuntimeError as error:
+        raise EstimationError(f"{drive.recording.path}: {error}") from error
+    counts.update({f"skipped {reason}": count for reason, count in drive.skipped.items()})
+    return to_result(arrays, counts)
+
+
+def _feed(core: _core.Mapper, drive: Drive, counts: Counter[str], progress: Progress | None) -> None:
+    mount = (drive.mount.x, drive.mount.y, drive.mount.yaw)
+    for event in drive.events():
+        if isinstance(event, Odometry):
+            core.push_odometry(event.stamp, event.x, event.y, event.theta)
+            counts["odometry_read"] += 1
+            continue
+        skipped = core.push_scan(event.stamp, event.ranges, _beams(event), mount)
+        counts["scans_read"] += 1
+        counts[f"skipped scans with {skipped}" if skipped else "scans_used"] += 1
+        if progress:
+            progress(counts["scans_read"], *core.progress())
+
+
+def _beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
+    g = scan.geometry
+    return (g.angle_min, g.angle_increment, g.time_increment, g.range_min, g.range_max)
+
+
+def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
+    """Return the core's arrays as a value."""
+    trajectory = arrays["trajectory"]
+    odometry = arrays["odometry"]
+    closures = _closures(arrays)
+    return MapResult(
+        graph=_graph(arrays),
+        trajectory_stamps=arrays["trajectory_stamps"],
+        trajectory=trajectory,
+        odometry=odometry if len(odometry) else np.full_like(trajectory, np.nan),
+        tracked=arrays["tracked"],
+        closures=closures,
+        grid=OccupancyGrid(arrays["grid_resolution"], arrays["grid_origin"], arrays["grid_cells"]),
+        landmarks=Landmarks(
+            positions=arrays["landmark_positions"],
+            covariances=arrays["landmark_covariances"],
+            orientations=arrays["landmark_orientations"],
+            seen=arrays["landmark_seen"],
+            visible=arrays["landmark_visible"],
+        ),
+        weak=tuple(
+            WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays["weak"]
+        ),
+        counts={**counts, **_counts(arrays, closures)},
+    )
+
+
+def _graph(arrays: dict[str, Any]) -> PoseGraph:
+    return PoseGraph(
+        stamps=arrays["stamps"],
+        poses=arrays["poses"],
+        covariances=arrays["covariances"],
+        pairs=arrays["pairs"],
+        measurements=arrays["measurements"],
+        information=arrays["information"],
+        kinds=tuple(arrays["kinds"]),
+        chi_squares=arrays["chi_squares"],
+    )
+
+
+def _closures(arrays: dict[str, Any]) -> tuple[Closure, ...]:
+    stamps, poses = arrays["stamps"], arrays["poses"]
+    out = []
+    for row, reason in zip(arrays["closures"], arrays["verdicts"], strict=True):
+        a, b = int(row[0]), int(row[1])
+        out.append(
+            Closure(
+                from_stamp=float(stamps[a]),
+                to_stamp=float(stamps[b]),
+                from_xy=(float(poses[a, 0]), float(poses[a, 1])),
+                to_xy=(float(poses[b, 0]), float(poses[b, 1])),
+                accepted=not reason,
+                reason=reason,
+                overlap=float(row[2]),
+                correction_m=float(row[3]),
+                residual_m=float(row[4]),
+                residual_rad=float(row[5]),
+            )
+        )
+    return tuple(out)
+
+
+def _counts(arrays: dict[str, Any], closures: tuple[Closure, ...]) -> dict[str, float]:
+    path = arrays["poses"][:, :2]
+    length = float(sum(np.hypot(*(b - a)) for a, b in pairwise(path)))
+    x, y, yaw = arrays["offset"]
+    sx, sy, syaw = arrays["offset_sigmas"]
+    return {
+        "keyframes": len(path),
+        "local_maps": arrays["local_maps"],
+        "closures_accepted": sum(c.accepted for c in closures),
+        "closures_rejected": sum(not c.accepted for c in closures),
+        "path_m": length,
+        "laser_offset_x_m": x,
+        "laser_offset_y_m": y,
+        "laser_offset_yaw_rad": yaw,
+        "laser_offset_x_sigma_m": sx,
+        "laser_offset_y_sigma_m": sy,
+        "laser_offset_yaw_sigma_rad": syaw,
+    }
