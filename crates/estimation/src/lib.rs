@@ -1,10 +1,14 @@
 //! Least squares and what belongs to it: dense and sparse solvers, robust losses, gates, marginal covariances.
 
 pub mod block_matrix;
+pub mod chi_square;
 pub mod error;
+pub mod least_squares;
+pub mod loss;
 mod selected_inverse;
 pub mod sparse;
 
 pub use block_matrix::BlockMatrix;
 pub use error::Error;
+pub use loss::Loss;
 pub use sparse::Cholesky;
