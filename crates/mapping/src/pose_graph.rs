@@ -25,7 +25,7 @@ mod solve;
 
 pub use error::Error;
 
-use groma_estimation::Cholesky;
+use groma_estimation::{Cholesky, chi_square::quantile};
 use groma_geometry::Se2;
 use linear::System;
 use nalgebra::Matrix3;
@@ -70,7 +70,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_iterations: 100, tolerance: 1e-10, inlier_chi_square: 16.266, convexity_step: 1.6 }
+        Self { max_iterations: 100, tolerance: 1e-10, inlier_chi_square: quantile(0.999, 3), convexity_step: 1.6 }
     }
 }
 
