@@ -50,3 +50,14 @@ fmt: $(VENV)/.tools ## format everything
 	cargo fmt --all
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+docs: build ## renew docs/reference/cli.md, build rustdoc, run the lines of the documents and check their links
+	$(BIN)/python scripts/cli_page.py
+	RUSTDOCFLAGS='-D warnings' cargo doc --release --quiet --no-deps --workspace
+	$(BIN)/pytest tests/test_docs.py
+
+bench: build ## time FALKO, the pose graph (beside GTSAM) and groma map on all simulated scenes
+	cargo run --release --quiet -p groma-features --example time_falko
+	$(BIN)/python -m pip install --quiet --group oracle
+	$(BIN)/python benches/pose_graph.py $(wildcard ../shared/data/posegraph/*.g2o.gz)
+	$(BIN)/python benches/simulated.py

@@ -16,8 +16,8 @@ HEAD = """# Commands
 
 Written by `make docs` from the help of the commands (`groma COMMAND --help`); do not edit.
 
-Exit codes: 0 done, 1 the data did not allow an estimate, 2 a mistake in the request or the input, told in one line. Results go to
-standard output or to files, progress and remarks to standard error; progress only to a terminal.
+Exit codes: 0 done, 1 the data did not allow an estimate, 2 a mistake in the request or the input, told in one
+line. Results go to standard output or to files, progress and remarks to standard error; progress only to a terminal.
 
 """
 
