@@ -4,7 +4,7 @@
 //! from the covariance along the best path), or when their corner signatures look alike (GLAROT), however far away the
 //! graph believes them. A candidate becomes a closure when
 //!
-//! 1. registration and the views of both maps agree on it ([`check`](crate::verify::check)),
+//! 1. registration and the views of both maps agree on it ([`check`]),
 //! 2. nothing else in the window of search does: the place is not ambiguous,
 //! 3. it holds all directions (a bare corridor slides), or those it does not hold were certain before,
 //! 4. it lies within the uncertainty of the graph,
@@ -67,6 +67,8 @@ pub enum Verdict {
     Accepted,
     /// The views disagree.
     NoOverlap,
+    /// The two maps have too little in common view to tell.
+    TooLittle,
     /// It fits in two places.
     Ambiguous,
     /// Nothing holds it along a direction that was not known before.
@@ -99,6 +101,17 @@ impl Closure {
     #[must_use]
     pub fn information(&self) -> Matrix3<f64> {
         floored(&self.check.information)
+    }
+
+    /// What is left of the closure when the two anchors stand at `pose` to each other [m], [rad]. Along a direction that the closure does
+    /// not hold (`SLIDES`) nothing is asked of it.
+    #[must_use]
+    pub fn residual(&self, pose: &Se2) -> (f64, f64) {
+        let left = self.check.pose.between(pose);
+        let position = self.information().fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
+        let held = (0..2).filter(|k| position.eigenvalues[*k] > SLIDES.powi(-2));
+        let metres_sq: f64 = held.map(|k| position.eigenvectors.column(k).dot(&left.translation).powi(2)).sum();
+        (metres_sq.sqrt(), left.theta().abs())
     }
 }
 
@@ -336,8 +349,11 @@ impl Closer {
 fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
     let searched = (reach(&c.covariance) / REACH.1).min(1.0);
     let support = SUPPORT.0 + (SUPPORT.1 - SUPPORT.0) * searched;
-    if best.overlap < OVERLAP || best.share < support || best.common < support {
+    if best.overlap < OVERLAP {
         return Verdict::NoOverlap;
+    }
+    if best.share < support || best.common < support {
+        return Verdict::TooLittle;
     }
     let elsewhere = |o: &&Check| {
         let d = best.pose.between(&o.pose);

@@ -1,7 +1,10 @@
 //! The landmark map: corners that keyframes saw again and again, each with an honest covariance.
 //!
 //! Every corner of every keyframe is brought into the map, in order of time, and joins the nearest cluster within
-//! `GATE` that opens into the same direction (`TURN`), one corner a keyframe and cluster; else it begins a new one.
+//! `GATE` that opens into the same direction (`TURN`), one corner a keyframe and cluster; else it begins a new one. A
+//! scan that shows one corner twice thereby begins a twin. So in the end clusters within the same gate are joined,
+//! the one of fewer sights to the other, if they are closer than a scan can tell apart (`ONE`), or if few keyframes
+//! (`SHARED`) saw both. Of two sights by one keyframe the nearer counts.
 //!
 //! ```text
 //! x_i = T_i c_i,   V_i = R_i C_i R_i^T,   W_i = (V_i + tau^2 I)^-1,   S = sum W_i
@@ -33,6 +36,7 @@ use groma_models::{Landmark, LandmarkMap};
 use groma_registration::Visibility;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use rayon::prelude::*;
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_3;
 
@@ -40,6 +44,10 @@ use std::f64::consts::FRAC_PI_3;
 const GATE: f64 = 0.2;
 /// Its orientation differs by less than this [rad].
 const TURN: f64 = FRAC_PI_3;
+/// Corners closer than this are one, even if a scan has both [m].
+const ONE: f64 = 0.1;
+/// Share of the sights of the rarer one up to which two corners in one scan are taken for a double detection.
+const SHARED: f64 = 0.25;
 /// A landmark was detected this often at least,
 const LEAST_SEEN: usize = 3;
 /// and in this share of the scans that had it in view.
@@ -60,7 +68,8 @@ pub fn landmarks(keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f
         let sights = keyframe.corners.iter().filter_map(|c| Sight::new(k, c, pose, covariance)).collect();
         clusters.add(sights);
     }
-    let enough = clusters.clusters.par_iter().filter(|c| c.sights.len() >= LEAST_SEEN);
+    let merged = clusters.merge();
+    let enough = merged.par_iter().filter(|c| c.sights.len() >= LEAST_SEEN);
     LandmarkMap { landmarks: enough.filter_map(|c| c.landmark(keyframes, poses)).collect() }
 }
 
@@ -94,7 +103,9 @@ impl Sight {
 }
 
 /// Sights of one corner.
+#[derive(Default)]
 struct Cluster {
+    /// In order of time, one a keyframe.
     sights: Vec<Sight>,
     /// Mean of the points.
     center: Vector2<f64>,
@@ -111,6 +122,23 @@ impl Cluster {
         self.facing += Vector2::new(sight.orientation.cos(), sight.orientation.sin());
         self.center += (sight.point - self.center) / (self.sights.len() + 1) as f64;
         self.sights.push(sight);
+    }
+
+    /// How many keyframes saw both.
+    fn shared(&self, other: &Self) -> usize {
+        let seen_by = |k: usize| self.sights.binary_search_by_key(&k, |s| s.keyframe).is_ok();
+        other.sights.iter().filter(|s| seen_by(s.keyframe)).count()
+    }
+
+    /// The sights of both, of each keyframe the one nearer to the centre of `self`.
+    fn joined(self, other: Self) -> Self {
+        let mut sights: Vec<Sight> = self.sights.into_iter().chain(other.sights).collect();
+        let distance = |s: &Sight| (s.point - self.center).norm_squared();
+        sights.sort_by(|a, b| a.keyframe.cmp(&b.keyframe).then(distance(a).total_cmp(&distance(b))));
+        sights.dedup_by_key(|s| s.keyframe);
+        let mut joined = Self::default();
+        sights.into_iter().for_each(|s| joined.push(s));
+        joined
     }
 
     /// The landmark, if it was found often enough where it was in view.
@@ -187,7 +215,9 @@ struct Clusters {
 impl Clusters {
     /// Adds what one keyframe saw: the closest pair of sight and cluster first.
     fn add(&mut self, sights: Vec<Sight>) {
-        let near = |(i, s): (usize, &Sight)| self.near(s).into_iter().map(|(sq, c)| (sq, i, c)).collect::<Vec<_>>();
+        let near = |(i, s): (usize, &Sight)| {
+            self.near(s.point, s.orientation).into_iter().map(|(sq, c)| (sq, i, c)).collect::<Vec<_>>()
+        };
         let mut pairs: Vec<(f64, usize, usize)> = sights.iter().enumerate().flat_map(near).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
         let mut cluster_of: Vec<Option<usize>> = vec![None; sights.len()];
@@ -198,39 +228,68 @@ impl Clusters {
         }
         for (sight, cluster) in sights.into_iter().zip(cluster_of) {
             match cluster {
-                Some(c) => self.join(c, sight),
-                None => self.begin(sight),
+                Some(c) => self.change(c, |mut cluster| {
+                    cluster.push(sight);
+                    cluster
+                }),
+                None => {
+                    let mut cluster = Cluster::default();
+                    cluster.push(sight);
+                    self.insert(cluster);
+                }
             }
         }
     }
 
-    /// Clusters that may be what was seen, with their squared distances.
-    fn near(&self, sight: &Sight) -> Vec<(f64, usize)> {
-        let (column, row) = cell(sight.point);
+    /// Clusters that may be a corner at `point`, with their squared distances.
+    fn near(&self, point: Vector2<f64>, orientation: f64) -> Vec<(f64, usize)> {
+        let (column, row) = cell(point);
         let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (column.saturating_add(i), row.saturating_add(j))));
         let candidates = around.filter_map(|c| self.cells.get(&c)).flatten();
         candidates
-            .filter(|&&c| wrap(self.clusters[c].orientation() - sight.orientation).abs() < TURN)
-            .map(|&c| ((self.clusters[c].center - sight.point).norm_squared(), c))
+            .filter(|&&c| wrap(self.clusters[c].orientation() - orientation).abs() < TURN)
+            .map(|&c| ((self.clusters[c].center - point).norm_squared(), c))
             .filter(|(sq, _)| *sq < GATE * GATE)
             .collect()
     }
 
-    fn begin(&mut self, sight: Sight) {
-        self.cells.entry(cell(sight.point)).or_default().push(self.clusters.len());
-        let mut cluster = Cluster { sights: Vec::new(), center: Vector2::zeros(), facing: Vector2::zeros() };
-        cluster.push(sight);
+    fn insert(&mut self, cluster: Cluster) {
+        self.cells.entry(cell(cluster.center)).or_default().push(self.clusters.len());
         self.clusters.push(cluster);
     }
 
-    fn join(&mut self, c: usize, sight: Sight) {
+    /// Replaces cluster `c` by what `by` makes of it.
+    fn change(&mut self, c: usize, by: impl FnOnce(Cluster) -> Cluster) {
         let before = cell(self.clusters[c].center);
-        self.clusters[c].push(sight);
+        self.clusters[c] = by(std::mem::take(&mut self.clusters[c]));
         let after = cell(self.clusters[c].center);
         if before != after {
             self.cells.entry(before).or_default().retain(|other| *other != c);
             self.cells.entry(after).or_default().push(c);
         }
+    }
+
+    /// The clusters, twins joined, in order of first sight.
+    fn merge(mut self) -> Vec<Cluster> {
+        self.clusters.sort_by_key(|c| Reverse(c.sights.len()));
+        let mut merged = Self::default();
+        for cluster in self.clusters {
+            match merged.twin(&cluster) {
+                Some(twin) => merged.change(twin, |larger| larger.joined(cluster)),
+                None => merged.insert(cluster),
+            }
+        }
+        merged.clusters.sort_by_key(|c| c.sights.first().map(|s| s.keyframe));
+        merged.clusters
+    }
+
+    /// The nearest cluster that is the same corner as `cluster`.
+    fn twin(&self, cluster: &Cluster) -> Option<usize> {
+        let near = self.near(cluster.center, cluster.orientation()).into_iter();
+        let rarer = |c: &Cluster| c.sights.len().min(cluster.sights.len()) as f64;
+        let same = |sq: f64, c: &Cluster| sq < ONE * ONE || c.shared(cluster) as f64 <= SHARED * rarer(c);
+        let twins = near.filter(|(sq, c)| same(*sq, &self.clusters[*c]));
+        twins.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, c)| c)
     }
 }
 

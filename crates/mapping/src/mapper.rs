@@ -24,6 +24,7 @@ use groma_geometry::{Se2, wrap};
 use groma_models::{BeamGeometry, Grid, LandmarkMap, LaserScan, Odometry, OdometryTrack};
 use groma_registration::PolarView;
 use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
 
 /// A scan with fewer hits says nothing of where it was taken.
 const LEAST_HITS: usize = 10;
@@ -68,6 +69,8 @@ pub struct MapResult {
     pub odometry: Vec<Se2>,
     /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
     pub closures: Vec<(Closure, usize, usize)>,
+    /// Candidates with too little in common view to tell.
+    pub undecided: usize,
     /// Occupancy.
     pub grid: Grid,
     /// Corners.
@@ -97,6 +100,9 @@ pub struct Mapper {
     keyframes: Vec<Keyframe>,
     closer: Closer,
     placed: Vec<Placed>,
+    /// Scans whose odometry is not complete yet.
+    waiting: VecDeque<(LaserScan, Se2)>,
+    newest: f64,
 }
 
 impl Mapper {
@@ -111,12 +117,16 @@ impl Mapper {
             keyframes: Vec::new(),
             closer: Closer::default(),
             placed: Vec::new(),
+            waiting: VecDeque::new(),
+            newest: f64::NEG_INFINITY,
         }
     }
 
     /// Takes an odometry reading; false if its stamp does not rise or it is not finite.
     pub fn push_odometry(&mut self, reading: Odometry) -> bool {
-        self.track.push(reading)
+        let taken = self.track.push(reading);
+        self.work_off(false);
+        taken
     }
 
     /// Number of keyframes, of local maps and of accepted closures so far.
@@ -126,18 +136,39 @@ impl Mapper {
         (self.keyframes.len(), self.closer.maps.len(), closed)
     }
 
-    /// Takes a scan of a laser mounted at `t_base_laser`.
+    /// Takes a scan of a laser mounted at `t_base_laser`. It waits until the odometry has reached its last beam.
     ///
     /// # Errors
     /// [`Skipped`] when the scan cannot be used; nothing has changed then.
-    pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2) -> Result<(), Skipped> {
-        if self.placed.last().is_some_and(|last| scan.stamp <= last.stamp) || !scan.stamp.is_finite() {
+    pub fn push_scan(&mut self, scan: LaserScan, t_base_laser: Se2) -> Result<(), Skipped> {
+        if !scan.stamp.is_finite() || scan.stamp <= self.newest {
             return Err(Skipped::Late);
         }
-        let view = PolarView::new(scan, t_base_laser, self.twist(scan));
-        if view.scan.points.len() < LEAST_HITS {
+        if scan.hits().take(LEAST_HITS).count() < LEAST_HITS {
             return Err(Skipped::Empty);
         }
+        self.newest = scan.stamp;
+        self.waiting.push_back((scan, t_base_laser));
+        self.work_off(false);
+        Ok(())
+    }
+
+    /// Registers the scans whose odometry is complete, or all of them.
+    fn work_off(&mut self, all: bool) {
+        while let Some((scan, _)) = self.waiting.front() {
+            let end = scan.stamp.max(scan.beam_stamp(scan.ranges.len().saturating_sub(1)));
+            let still_to_come = |r: &Odometry| r.stamp < end && end < r.stamp + SLACK && self.newest < end + SLACK;
+            if !all && self.track.readings().last().is_some_and(still_to_come) {
+                break;
+            }
+            if let Some((scan, mount)) = self.waiting.pop_front() {
+                self.register(&scan, &mount);
+            }
+        }
+    }
+
+    fn register(&mut self, scan: &LaserScan, t_base_laser: &Se2) {
+        let view = PolarView::new(scan, t_base_laser, self.twist(scan));
         let increment = self.increment(scan.stamp);
         let step = self.tracker.step(scan.stamp, view, increment, &mut self.keyframes);
         if step.is_keyframe {
@@ -147,7 +178,6 @@ impl Mapper {
             self.add_local_map(finished);
         }
         self.place(scan.stamp, &step.pose);
-        Ok(())
     }
 
     /// The twist of the vehicle during a sweep: from odometry, or as tracked.
@@ -221,6 +251,7 @@ impl Mapper {
     /// # Errors
     /// When no scan could be used, or the pose graph cannot be solved.
     pub fn finish(mut self) -> Result<MapResult, Error> {
+        self.work_off(true);
         if self.keyframes.is_empty() {
             return Err(Error::NoScan);
         }
@@ -232,9 +263,24 @@ impl Mapper {
         }
         let (mut graph, kinds) = self.graph();
         let solution = graph.optimize(&pose_graph::Options::default())?;
-        graph.nodes = solution.nodes;
-        let covariances = graph.marginals(&solution.weights)?;
-        Ok(self.assemble(graph, kinds, solution.chi_squares, covariances))
+        self.reject(&solution.weights);
+        let kept = |k: &usize| solution.weights[*k] > 0.0;
+        let kept: Vec<usize> = (0..graph.edges.len()).filter(kept).collect();
+        graph = PoseGraph { nodes: solution.nodes, edges: kept.iter().map(|k| graph.edges[*k].clone()).collect() };
+        let covariances = graph.marginals(&vec![1.0; graph.edges.len()])?;
+        let kinds = kept.iter().map(|k| kinds[*k]).collect();
+        let chi_squares = kept.iter().map(|k| solution.chi_squares[*k]).collect();
+        Ok(self.assemble(graph, kinds, chi_squares, covariances))
+    }
+
+    /// Marks the closures that the graph of all keyframes left out; closures are its last edges.
+    fn reject(&mut self, weights: &[f64]) {
+        let accepted = self.closer.closures.iter_mut().filter(|c| c.verdict == Verdict::Accepted);
+        for (closure, weight) in accepted.zip(&weights[self.keyframes.len() - 1..]) {
+            if *weight == 0.0 {
+                closure.verdict = Verdict::Contradicted;
+            }
+        }
     }
 
     /// The graph of all keyframes: steps and closures.
@@ -252,7 +298,7 @@ impl Mapper {
                 to: self.closer.maps[c.to].keyframes.start,
                 measurement: c.check.pose,
                 information: c.information(),
-                robust: false,
+                robust: true,
             });
             kinds.push(EdgeKind::Closure);
         }
@@ -295,10 +341,12 @@ impl Mapper {
             weak: weak_spots(&self.keyframes, &graph.nodes),
             local_maps: self.closer.maps.len(),
             offset: (offset.pose(), offset.sigmas()),
+            undecided: self.closer.closures.iter().filter(|c| c.verdict == Verdict::TooLittle).count(),
             closures: self
                 .closer
                 .closures
                 .iter()
+                .filter(|c| c.verdict != Verdict::TooLittle)
                 .map(|c| {
                     let anchor = |m: usize| self.closer.maps[m].keyframes.start;
                     (c.clone(), anchor(c.from), anchor(c.to))

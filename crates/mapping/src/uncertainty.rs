@@ -10,7 +10,7 @@
 
 use groma_geometry::Se2;
 use nalgebra::Matrix3;
-use std::cmp::Reverse;
+use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
 /// Lever at which a radian costs as much as a metre in the search for the best path [m].
@@ -30,11 +30,19 @@ pub struct Link {
 }
 
 /// A cost with a total order, for the queue.
-#[derive(PartialEq, PartialOrd)]
+#[derive(PartialEq)]
 struct Cost(f64);
+
 impl Eq for Cost {}
+
+impl PartialOrd for Cost {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 impl Ord for Cost {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+    fn cmp(&self, other: &Self) -> Ordering {
         self.0.total_cmp(&other.0)
     }
 }

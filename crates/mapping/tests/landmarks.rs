@@ -74,6 +74,23 @@ fn corners_that_a_scan_tells_apart_stay_two_however_close() {
 }
 
 #[test]
+fn a_corner_that_some_scans_show_twice_is_one() {
+    let poses = poses(12);
+    let twin = (CORNER.0 - Vector2::new(0.12, 0.0), CORNER.1);
+    // The third scan shows it twice; some later ones show it where its twin was begun.
+    let shown = |i: usize| match i {
+        2 => vec![CORNER, twin],
+        4 | 7 | 9 | 10 => vec![twin],
+        _ => vec![CORNER],
+    };
+    let found = map(&see(&poses, &[], shown), &poses).landmarks;
+    assert_eq!(found.iter().map(|l| (l.seen, l.visible)).collect::<Vec<_>>(), [(12, 12)]);
+    // It lies among its sights, and its covariance tells of their scatter.
+    assert!((found[0].position.y - HALF.1).abs() < 1e-9 && (found[0].position.x - HALF.0 + 0.04).abs() < 1e-3);
+    assert!(found[0].covariance[(0, 0)] > 0.01_f64.powi(2));
+}
+
+#[test]
 fn corners_that_open_the_other_way_stay_two() {
     let poses = poses(6);
     let other = (CORNER.0 + Vector2::new(0.1, 0.0), CORNER.1 + PI);
@@ -110,6 +127,17 @@ fn what_is_seen_too_seldom_is_dropped() {
     assert!(after(2).is_empty() && after(3).is_empty());
     assert_eq!(after(4).len(), 1);
     assert!(after(4)[0].visible >= 19, "{}", after(4)[0].visible);
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let poses = poses(20);
+    let keyframes = see(&poses, &[], |i| vec![CORNER, (Vector2::new(0.3 * i as f64 - 3.0, -HALF.1), 1.0)]);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| map(&keyframes, &poses))
+    };
+    assert_eq!(with(1), with(3));
 }
 
 #[test]

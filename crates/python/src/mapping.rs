@@ -41,8 +41,10 @@ impl Mapper {
     }
 
     /// False when the stamp does not rise or the pose is not finite.
-    fn push_odometry(&mut self, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<bool> {
-        Ok(self.core()?.push_odometry(Odometry { stamp, pose: Se2::new(x, y, theta) }))
+    fn push_odometry(&mut self, py: Python<'_>, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<bool> {
+        let reading = Odometry { stamp, pose: Se2::new(x, y, theta) };
+        let core = self.core()?;
+        Ok(py.detach(|| core.push_odometry(reading)))
     }
 
     /// Empty when the scan was used, else why not. `beams` is `(angle_min, angle_increment, time_increment, range_min,
@@ -60,7 +62,7 @@ impl Mapper {
         let scan = LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() };
         let mount = Se2::new(mount.0, mount.1, mount.2);
         let core = self.core()?;
-        Ok(match py.detach(|| core.push_scan(&scan, &mount)) {
+        Ok(match py.detach(|| core.push_scan(scan, mount)) {
             Ok(()) => "",
             Err(Skipped::Late) => "stamp not after that of the scan before",
             Err(Skipped::Empty) => "fewer than ten hits",
@@ -114,6 +116,7 @@ fn to_dict(py: Python<'_>, r: MapResult) -> PyResult<Bound<'_, PyDict>> {
     grid(py, &out, &r)?;
     weak(&out, &r)?;
     out.set_item("local_maps", r.local_maps)?;
+    out.set_item("undecided", r.undecided)?;
     let (offset, sigmas) = r.offset;
     out.set_item("offset", (offset.x(), offset.y(), offset.theta()))?;
     out.set_item("offset_sigmas", (sigmas.x, sigmas.y, sigmas.z))?;
@@ -144,8 +147,8 @@ fn closures(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<
         .iter()
         .map(|(c, from, to)| {
             let moved = c.predicted.between(&c.check.pose).translation.norm();
-            let left = c.check.pose.between(&r.graph.nodes[*from].between(&r.graph.nodes[*to]));
-            [*from as f64, *to as f64, c.check.overlap, moved, left.translation.norm(), left.theta().abs()]
+            let (metres, radians) = c.residual(&r.graph.nodes[*from].between(&r.graph.nodes[*to]));
+            [*from as f64, *to as f64, c.check.overlap, moved, metres, radians]
         })
         .collect();
     let verdicts: Vec<&str> = r.closures.iter().map(|(c, ..)| verdict(c.verdict)).collect();
@@ -157,6 +160,7 @@ fn verdict(v: Verdict) -> &'static str {
     match v {
         Verdict::Accepted => "",
         Verdict::NoOverlap => "what the two places show does not agree",
+        Verdict::TooLittle => "too little in common view to tell",
         Verdict::Ambiguous => "it fits in two places",
         Verdict::Slides => "nothing holds it along a direction that was not known before",
         Verdict::Implausible => "it lies beyond the uncertainty of the graph",

@@ -91,7 +91,6 @@ def _map(result: MapResult) -> Html:
         ("ink", "ring", "start"),
         ("ink", "square", "end"),
         ("accepted", "line", "loop closure"),
-        ("rejected", "dash", "rejected closure"),
         ("weak", "bar", "weakly held"),
     ]
     return section("The map", figure(pictures.the_map(result), caption, keys))

@@ -39,9 +39,8 @@ def the_map(result: MapResult) -> Figure:
     image, extent = _image(result.grid)
     sheet, ax = _plan(extent)
     ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
+    _links(ax, accepted(result))
     _path(ax, result.trajectory, FINAL, extent, linewidth=0.9, alpha=0.9)
-    _links(ax, accepted(result), ACCEPTED)
-    _links(ax, rejected(result), REJECTED, linestyle=(0, (3, 2)), alpha=0.7)
     _weak_spots(ax, result.weak, 0.02 * max(extent[1] - extent[0], extent[3] - extent[2]))
     _ends(ax, result.trajectory)
     ax.set(xlim=extent[:2], ylim=extent[2:])
@@ -153,11 +152,11 @@ def _path(ax: Axes, poses: Array, colour: str, extent: tuple[float, float, float
     ax.plot(xy[:, 0], xy[:, 1], color=colour, **style)  # type: ignore[arg-type]
 
 
-def _links(ax: Axes, group: list[Closure], colour: str, **style: object) -> None:
+def _links(ax: Axes, group: list[Closure]) -> None:
+    """Draw closures as lines; hundreds of them are a web that would hide the walls, so the more the paler."""
     lines = [np.array([c.from_xy, c.to_xy]) for c in group]
-    ax.add_collection(LineCollection(lines, colors=colour, linewidths=0.9, **style), autolim=False)  # type: ignore[arg-type]
-    ends = np.array([c.to_xy for c in group]).reshape(-1, 2)
-    ax.plot(ends[:, 0], ends[:, 1], "o", color=colour, markersize=3.2, alpha=0.8, markeredgewidth=0)
+    pale = max(0.12, min(0.9, 20 / max(len(group), 1)))
+    ax.add_collection(LineCollection(lines, colors=ACCEPTED, linewidths=0.9, alpha=pale), autolim=False)
 
 
 def _weak_spots(ax: Axes, weak: tuple[WeakSpot, ...], reach: float) -> None:
