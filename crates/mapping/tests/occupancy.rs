@@ -45,8 +45,8 @@ fn thickness(grid: &Grid, inset: f64) -> (usize, usize) {
         let on_way = (-10..=10).map(|k| p + n * (CELL * f64::from(k)));
         on_way.filter(|q| grid.at(*q) == Cell::Occupied).count()
     };
-    let counts: Vec<usize> = wall_points(inset).iter().map(cells).collect();
-    (*counts.iter().min().unwrap(), *counts.iter().max().unwrap())
+    let counts = wall_points(inset).iter().map(cells).collect::<Vec<_>>();
+    counts.iter().fold((usize::MAX, 0), |(least, most), n| (least.min(*n), most.max(*n)))
 }
 
 #[test]
