@@ -74,12 +74,11 @@ def map_(
     drive = open_drive(open_recording(file), scans=scans, odometry=odometry)
     directory = result_directory(output, datetime.now().astimezone())
     try:
-        result = _with_progress(drive, settings)
+        result = map_into(directory, drive, settings, shown_command(sys.argv[1:]))
     except BaseException:
         if output is None and not any(directory.iterdir()):
             directory.rmdir()
         raise
-    save_map(result, {"map": settings}, file, directory, shown_command(sys.argv[1:]))
     if output is None:
         point_latest(directory)
     if rerun:
@@ -87,6 +86,13 @@ def map_(
 
         save_rrd(result, directory / "map.rrd")
     _tell(result, drive, directory)
+
+
+def map_into(directory: Path, drive: Drive, settings: dict[str, object], command: str) -> MapResult:
+    """Map a drive, with progress on a terminal, and write all files into a folder that exists."""
+    result = _with_progress(drive, settings)
+    save_map(result, {"map": settings}, drive.recording.path, directory, command)
+    return result
 
 
 def _settings(config: Path | None, online: bool, resolution: float | None) -> dict[str, object]:
