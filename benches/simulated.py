@@ -33,7 +33,7 @@ def error(recording: Path, *options: str) -> str:
     out = recording.with_name("map")
     seconds = run("map", recording, "-o", out, *options)
     truth = read_relations(recording.with_name("drive.relations"))
-    found = evaluate_relations(truth, read_tum(out / "trajectory.tum"), None, "nearest", 0.1, 2.0)
+    found = evaluate_relations(truth, read_tum(out / "trajectory.tum"))
     return f"{1e3 * found.translation.mean():.0f} mm, {found.rotation.mean():.2f} deg | {seconds:.1f} s"
 
 
