@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from datetime import datetime
 from pathlib import Path
 from time import monotonic
@@ -22,6 +21,7 @@ from groma.io.results import point_latest, result_directory, save_map, shown_com
 from groma.mapper import map_drive
 from groma.mapping import MapResult
 from groma.report.words import verdict
+from groma.settings import Settings, merged, read_table
 
 
 def map_(
@@ -68,6 +68,8 @@ def map_(
         from groma.view.rerun import load_rerun
 
         load_rerun()
+    if threads is not None and threads < 1:
+        raise UserError(f"--threads {threads}: must be at least 1")
     if threads is not None:
         os.environ["RAYON_NUM_THREADS"] = str(threads)
     settings = _settings(config, online, resolution)
@@ -88,39 +90,21 @@ def map_(
     _tell(result, drive, directory)
 
 
-def map_into(directory: Path, drive: Drive, settings: dict[str, object], command: str) -> MapResult:
+def map_into(directory: Path, drive: Drive, settings: Settings, command: str) -> MapResult:
     """Map a drive, with progress on a terminal, and write all files into a folder that exists."""
     result = _with_progress(drive, settings)
     save_map(result, {"map": settings}, drive.recording.path, directory, command)
     return result
 
 
-def _settings(config: Path | None, online: bool, resolution: float | None) -> dict[str, object]:
-    settings = dict(_core.map_defaults())
-    if config is not None:
-        settings |= _table(config)
-    if online:
-        settings["online"] = True
-    if resolution is not None:
-        settings["resolution"] = resolution
-    return settings
+def _settings(config: Path | None, online: bool, resolution: float | None) -> Settings:
+    """Return the defaults, changed by the file, changed by the options."""
+    settings = merged(_core.map_defaults(), read_table(config, "map") if config else {}, "map")
+    chosen = {"online": online or None, "resolution": resolution}
+    return merged(settings, {key: value for key, value in chosen.items() if value is not None}, "map")
 
 
-def _table(config: Path) -> dict[str, object]:
-    """Return the table [map] of a settings file, or [settings.map] of a run.toml."""
-    try:
-        content = tomllib.loads(config.read_text("utf-8"))
-    except OSError as error:
-        raise UserError(f"{config}: cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{config}: is not TOML: {error}") from error
-    table = content.get("settings", content).get("map")
-    if not isinstance(table, dict):
-        raise UserError(f"{config}: has no table [map]: `groma config` prints one to start from")
-    return table
-
-
-def _with_progress(drive: Drive, settings: dict[str, object]) -> MapResult:
+def _with_progress(drive: Drive, settings: Settings) -> MapResult:
     counts = [stream.count for stream in drive.recording.streams if stream.name == drive.scans]
     total = counts[0] if counts else None
     console = Console(stderr=True)

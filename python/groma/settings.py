@@ -1,0 +1,82 @@
+"""Settings of a command: the defaults of the core, changed by a TOML file and by the command line.
+
+A file has one table a command, as ``groma config`` prints them, or these below ``[settings]``, as ``run.toml`` has
+them. What it leaves out keeps its default, so that the settings are always complete; what it does not know, or what
+has another type, is refused with its path. Limits of a value are the business of the core.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+from groma.errors import UserError
+
+Settings = dict[str, object]
+
+
+def read_table(config: Path, command: str) -> Mapping[str, object]:
+    """Return the settings that a file has for a command.
+
+    Raises
+    ------
+    UserError
+        When the file cannot be read, is not TOML, or has no such table.
+    """
+    try:
+        content: object = tomllib.loads(config.read_text("utf-8"))
+    except OSError as error:
+        raise UserError(f"{config}: cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{config}: is not TOML: {error}") from error
+    if isinstance(content, dict):
+        content = content.get("settings", content)
+    table = content.get(command) if isinstance(content, dict) else None
+    if not isinstance(table, dict):
+        raise UserError(f"{config}: has no table [{command}]: `groma config` prints one to start from")
+    return table
+
+
+def merged(defaults: Mapping[str, object], changes: Mapping[str, object], path: str) -> Settings:
+    """Return the defaults with the changes in their place, tables within tables.
+
+    Parameters
+    ----------
+    defaults
+        All settings there are.
+    changes
+        Some of them.
+    path
+        Name of the table, for the message.
+
+    Raises
+    ------
+    UserError
+        When there is no setting of a name, or its value is of another type; the message has the whole path.
+    """
+    unknown = [key for key in changes if key not in defaults]
+    if unknown:
+        raise UserError(f"unknown setting {path}.{unknown[0]}: there are {', '.join(defaults)}")
+    return {key: _value(value, changes.get(key, value), f"{path}.{key}") for key, value in defaults.items()}
+
+
+def _value(default: object, value: object, path: str) -> object:
+    if isinstance(default, Mapping):
+        if not isinstance(value, Mapping):
+            raise UserError(f"setting {path}: is a table, not {value!r}")
+        return merged(default, value, path)
+    for kind, name in ((bool, "true or false"), (int, "a whole number"), (float, "a number")):
+        if isinstance(default, kind):
+            return _of_kind(value, kind, f"setting {path}: is {name}, not {value!r}")
+    return value
+
+
+def _of_kind(value: object, kind: type, message: str) -> object:
+    """Return a value of a kind; a whole number is a number too, a truth value is none."""
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        value = float(value)
+    if type(value) is not kind or (isinstance(value, float) and not math.isfinite(value)):
+        raise UserError(message)
+    return value
