@@ -74,11 +74,12 @@ def map_(
         os.environ["RAYON_NUM_THREADS"] = str(threads)
     settings = _settings(config, online, resolution)
     drive = open_drive(open_recording(file), scans=scans, odometry=odometry)
+    new = output is None or not output.exists()
     directory = result_directory(output, datetime.now().astimezone())
     try:
         result = map_into(directory, drive, settings, shown_command(sys.argv[1:]))
     except BaseException:
-        if output is None and not any(directory.iterdir()):
+        if new and not any(directory.iterdir()):
             directory.rmdir()
         raise
     if output is None:
