@@ -26,7 +26,7 @@ use groma_geometry::Se2;
 use groma_registration::Window;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Local maps this close in the sequence share scans: nothing to close.
 const LEAST_GAP: usize = 3;
@@ -52,6 +52,9 @@ const RIVAL: f64 = 0.05;
 const SLIDES: f64 = 0.1;
 /// Squared Mahalanobis distance within which a closure must lie of what the graph believed (99.9 %, inflated).
 const GATE: f64 = 16.27 * 4.0;
+/// How often all pairs are gone over again, and how far a pair must have moved to be looked at again [m], [rad].
+const ROUNDS: usize = 3;
+const ELSEWHERE: (f64, f64) = (0.5, 0.1);
 /// Local maps with as many corners have a signature; as many of the most similar ones are tried.
 const LEAST_CORNERS: usize = 6;
 const MOST_ALIKE: usize = 6;
@@ -124,7 +127,8 @@ pub struct Closer {
     pub poses: Vec<Se2>,
     /// Everything that was verified.
     pub closures: Vec<Closure>,
-    tried: BTreeSet<(usize, usize)>,
+    /// Pairs that were looked at, and where the graph had them then.
+    tried: BTreeMap<(usize, usize), Se2>,
     index: Index,
 }
 
@@ -155,7 +159,8 @@ impl Closer {
     pub fn close(&mut self, b: usize, keyframes: &[Keyframe]) -> usize {
         let candidates = self.candidates(b);
         let found: Vec<Option<Closure>> = candidates.par_iter().map(|c| self.examine(c, keyframes)).collect();
-        self.tried.extend(candidates.iter().map(|c| (c.a, c.b)));
+        self.closures.retain(|c| !candidates.iter().any(|n| (n.a, n.b) == (c.from, c.to)));
+        self.tried.extend(candidates.iter().map(|c| ((c.a, c.b), c.predicted)));
         let before = self.accepted();
         self.closures.extend(found.into_iter().flatten());
         self.confirm(b);
@@ -170,16 +175,10 @@ impl Closer {
         self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count()
     }
 
-    /// Goes over all pairs again, until nothing new is found.
+    /// Goes over all pairs again that were not looked at, or stand elsewhere since, until nothing new is found.
     pub fn revisit(&mut self, keyframes: &[Keyframe]) {
-        for _ in 0..4 {
-            self.closures.retain(|c| c.verdict == Verdict::Accepted);
-            let held: BTreeSet<_> = self.closures.iter().map(|c| (c.from, c.to)).collect();
-            self.tried = held;
-            let mut news = 0;
-            for b in 0..self.maps.len() {
-                news += self.close(b, keyframes);
-            }
+        for _ in 0..ROUNDS {
+            let news: usize = (0..self.maps.len()).map(|b| self.close(b, keyframes)).sum();
             if news == 0 {
                 break;
             }
@@ -197,14 +196,21 @@ impl Closer {
             let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - 2.0 * sigma;
             Some(Candidate { a, b, predicted, covariance, distance, suggested: None })
         };
-        let fresh = |a: &usize| !self.tried.contains(&(*a, b));
-        let all = (0..b.saturating_sub(LEAST_GAP - 1)).filter(fresh).filter_map(candidate);
+        let all = (0..b.saturating_sub(LEAST_GAP - 1)).filter_map(candidate).filter(|c| self.is_news(c));
         let (mut near, mut far): (Vec<Candidate>, Vec<Candidate>) =
             all.filter(|c| c.distance < NEAR).partition(|c| whole_reach(&c.covariance) < 1.5 * REACH.1);
         near.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
         near.truncate(MOST_CANDIDATES);
         near.extend(self.alike(b, &mut far));
         near
+    }
+
+    /// Whether a pair was never looked at, or was turned down and stands elsewhere since.
+    fn is_news(&self, c: &Candidate) -> bool {
+        let Some(before) = self.tried.get(&(c.a, c.b)) else { return true };
+        let moved = before.between(&c.predicted);
+        let elsewhere = moved.translation.norm() > ELSEWHERE.0 || moved.theta().abs() > ELSEWHERE.1;
+        elsewhere && !self.closures.iter().any(|k| (k.from, k.to, k.verdict) == (c.a, c.b, Verdict::Accepted))
     }
 
     /// Of maps whose place is too uncertain to be searched, those with the most similar signatures, with the poses that their

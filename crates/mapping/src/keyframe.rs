@@ -24,4 +24,6 @@ pub struct Keyframe {
     pub share: f64,
     /// Whether odometry and scan disagreed beyond their covariances.
     pub surprised: bool,
+    /// Whether the track was lost on the way here with no odometry to bridge the gap.
+    pub torn: bool,
 }

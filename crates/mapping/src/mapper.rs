@@ -172,7 +172,7 @@ impl Mapper {
         let increment = self.increment(scan.stamp);
         let step = self.tracker.step(scan.stamp, view, increment, &mut self.keyframes);
         if step.is_keyframe {
-            self.detect(scan, t_base_laser);
+            self.detect(scan);
         }
         if let Some(finished) = step.finished {
             self.add_local_map(finished);
@@ -209,7 +209,7 @@ impl Mapper {
     }
 
     /// Finds the corners of the scan that just became a keyframe.
-    fn detect(&mut self, scan: &LaserScan, t_base_laser: &Se2) {
+    fn detect(&mut self, scan: &LaserScan) {
         let beams = scan.ranges.len();
         if !self.detector.as_ref().is_some_and(|(g, n, _)| *g == scan.geometry && *n == beams) {
             self.detector = Some((scan.geometry, beams, Detector::new(scan.geometry, beams, self.options.corners)));
@@ -217,10 +217,11 @@ impl Mapper {
         let (Some((_, _, detector)), Some(keyframe)) = (&mut self.detector, self.keyframes.last_mut()) else { return };
         detector.detect(&scan.ranges, &mut keyframe.corners);
         for corner in &mut keyframe.corners {
-            let r = t_base_laser.rotation.matrix();
+            let laser = keyframe.view.laser_at(corner.index);
+            let r = laser.rotation.matrix();
             *corner = Keypoint {
-                point: t_base_laser.act(corner.point),
-                orientation: wrap(corner.orientation + t_base_laser.theta()),
+                point: laser.act(corner.point),
+                orientation: wrap(corner.orientation + laser.theta()),
                 covariance: r * corner.covariance * r.transpose(),
                 ..*corner
             };

@@ -28,11 +28,17 @@ const WIDE: (f64, f64) = (0.25, 0.15);
 const DOUBT: f64 = 0.8;
 /// Squared Mahalanobis distance from the prior beyond which a registration is doubted.
 const SURPRISE: f64 = 16.0;
+/// Share of a scan on the map below which, without odometry, nothing bridges the gap; and the standard deviations of
+/// such a step [m], [rad].
+const LOST: f64 = 0.35;
+const TORN: (f64, f64) = (0.5, 0.8);
 /// How likely it is that, of a scan and odometry that contradict each other, the scan is wrong.
 const WRONG_WAY: f64 = 0.05;
 /// What a point that was seen through adds to the negative log posterior of a pose, and how many keyframes are asked.
 const CONTRADICTION: f64 = 0.3;
 const WITNESSES: usize = 3;
+/// A pose with a negative log posterior this much above the best is no rival.
+const NO_RIVAL: f64 = 8.0;
 /// Cell [m] and levels of the search field; range of the points that enter it [m].
 const FIELD: (f64, usize, f64) = (0.1, 3, 30.0);
 /// Drift of registration to a local map that its own covariance does not tell: [m per sqrt m], [rad per sqrt m].
@@ -80,6 +86,8 @@ pub struct Tracker {
     /// Covariance gathered since the last keyframe.
     since: Matrix3<f64>,
     usual_share: f64,
+    /// The track was lost, with nothing to bridge the gap, since the last keyframe.
+    torn: bool,
     last_keyframe: Option<(Se2, usize)>,
 }
 
@@ -116,7 +124,12 @@ impl Tracker {
             }
             self.usual_share += 0.05 * (found.share - self.usual_share);
         }
+        let torn = increment.is_none() && found.share < LOST;
         self.advance(stamp, &found, &prior, surprised);
+        if torn {
+            self.since += Matrix3::from_diagonal(&Vector3::new(TORN.0 * TORN.0, TORN.0 * TORN.0, TORN.1 * TORN.1));
+            self.torn = true;
+        }
         self.keep(stamp, view, &found, surprised, keyframes)
     }
 
@@ -143,13 +156,28 @@ impl Tracker {
             let coasting = last.plus(self.velocity() * seconds.min(2.0));
             let starts = self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior);
             found.extend(starts.iter().map(|start| align(scan, &map.surfaces, *start, Some(&local))));
-            for a in &mut found {
-                a.cost += CONTRADICTION * contradictions(view, &(map.anchor * a.pose), keyframes) as f64;
-            }
+            self.weigh_contradictions(&mut found, view, keyframes);
         }
         let mut best = choose(found);
         best.pose = map.anchor * best.pose;
         best
+    }
+
+    /// Adds to the cost of alignments what the views contradict; of those that could still win.
+    fn weigh_contradictions(&self, found: &mut Vec<Alignment>, view: &PolarView, keyframes: &[Keyframe]) {
+        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut lowest = f64::INFINITY;
+        let mut weighed = 0;
+        for a in found.iter_mut() {
+            if a.cost > lowest + NO_RIVAL {
+                break;
+            }
+            let pose = self.growing[0].anchor * a.pose;
+            a.cost += CONTRADICTION * contradictions(view, &pose, keyframes) as f64;
+            lowest = lowest.min(a.cost);
+            weighed += 1;
+        }
+        found.truncate(weighed);
     }
 
     /// Starts found by correlative search around each of `centers`.
@@ -175,7 +203,7 @@ impl Tracker {
             });
             if !covered {
                 done.push(*center);
-                starts.extend(field.search(&seen, &window(center), 0.2, 0.85).iter().take(4).map(|p| p.pose));
+                starts.extend(field.search(&seen, &window(center), 0.15, 0.7).iter().take(8).map(|p| p.pose));
             }
         }
         starts
@@ -239,7 +267,8 @@ impl Tracker {
         }
         self.since = Matrix3::zeros();
         self.last_keyframe = Some((tracked, keyframes.len()));
-        keyframes.push(Keyframe { stamp, tracked, view, corners: Vec::new(), step, weakest, share, surprised });
+        let torn = std::mem::take(&mut self.torn);
+        keyframes.push(Keyframe { stamp, tracked, view, corners: Vec::new(), step, weakest, share, surprised, torn });
     }
 
     /// Begins a local map at the last keyframe when the younger one is half full; finishes the older.

@@ -12,6 +12,9 @@
 use groma_geometry::Se2;
 use groma_models::{Odometry, OdometryTrack};
 
+/// Stamps this close are one: formats round them [s].
+const SAME: f64 = 1e-6;
+
 /// Poses at the stamps of the scans and, where `track` has readings, between them; in order of time.
 ///
 /// `shift` maps an odometry increment to the frame that the scans are given in.
@@ -20,10 +23,10 @@ pub fn at_odometry_rate(scans: &[(f64, Se2)], track: &OdometryTrack, shift: impl
     let mut out = Vec::with_capacity(scans.len() + track.readings().len());
     let mut readings = track.readings().iter().peekable();
     for (k, (stamp, pose)) in scans.iter().enumerate() {
-        while let Some(r) = readings.next_if(|r| r.stamp < *stamp) {
+        while let Some(r) = readings.next_if(|r| r.stamp < stamp - SAME) {
             out.push((r.stamp, between(k.checked_sub(1).map(|j| &scans[j]), &scans[k], r, track, &shift)));
         }
-        readings.next_if(|r| r.stamp == *stamp);
+        while readings.next_if(|r| r.stamp <= stamp + SAME).is_some() {}
         out.push((*stamp, *pose));
     }
     if let (Some((stamp, pose)), true) = (scans.last(), track.readings().len() > 1) {

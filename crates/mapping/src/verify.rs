@@ -15,6 +15,9 @@ use groma_geometry::Se2;
 use groma_registration::{SurfaceScan, Visibility, align};
 use nalgebra::Matrix3;
 
+/// Every so many-th point of a sample is shown to the views.
+const ASKED: usize = 2;
+
 /// What was found at one candidate pose.
 #[derive(Clone, Debug)]
 pub struct Check {
@@ -39,8 +42,8 @@ pub fn check(a: &LocalMap, b: &LocalMap, start: Se2, keyframes: &[Keyframe]) -> 
     let (agree_b, through_b) = ask(a, keyframes, &b.sample, &found.pose);
     let (agree_a, through_a) = ask(b, keyframes, &a.sample, &found.pose.inverse());
     let ratio = |agree: usize, through: usize| agree as f64 / (agree + through).max(1) as f64;
-    let seen =
-        |agree: usize, through: usize, of: &SurfaceScan| (agree + through) as f64 / of.points.len().max(1) as f64;
+    let asked = |of: &SurfaceScan| of.points.len().div_ceil(ASKED).max(1) as f64;
+    let seen = |agree: usize, through: usize, of: &SurfaceScan| (agree + through) as f64 / asked(of);
     Check {
         overlap: ratio(agree_b, through_b).min(ratio(agree_a, through_a)),
         common: seen(agree_b, through_b, &b.sample).min(seen(agree_a, through_a, &a.sample)),
@@ -55,7 +58,7 @@ pub fn check(a: &LocalMap, b: &LocalMap, start: Se2, keyframes: &[Keyframe]) -> 
 fn ask(map: &LocalMap, keyframes: &[Keyframe], points: &SurfaceScan, t_map_points: &Se2) -> (usize, usize) {
     let to_views: Vec<(usize, Se2)> = map.views.iter().map(|(k, at)| (*k, at.between(t_map_points))).collect();
     let (mut agree, mut through) = (0, 0);
-    for (p, n) in points.points.iter().zip(&points.normals) {
+    for (p, n) in points.points.iter().zip(&points.normals).step_by(ASKED) {
         let mut seen_through = false;
         let mut agrees = false;
         for (k, t) in &to_views {

@@ -1,7 +1,8 @@
 //! Where the map is poorly held, and why, in words.
 //!
 //! A keyframe is weak when its registration left a direction of the position with a standard deviation beyond
-//! `WEAK`, when little of the scan was found on the map, or when scan and odometry contradicted each other. Weak keyframes that
+//! `WEAK`, when little of the scan was found on the map, or when scan and odometry contradicted each other and the scan
+//! was not found whole. Weak keyframes that
 //! follow each other within `JOIN` seconds are one stretch.
 
 use crate::keyframe::Keyframe;
@@ -12,6 +13,8 @@ use nalgebra::Vector2;
 const WEAK: f64 = 0.1;
 /// Share of the scan found on the map below which a keyframe counts as weak.
 const LOST: f64 = 0.35;
+/// Share below which a scan that contradicts the odometry is doubted; a scan found whole overrules the wheels.
+const DOUBTED: f64 = 0.6;
 /// Weak keyframes closer in time than this are one stretch [s].
 const JOIN: f64 = 5.0;
 
@@ -20,6 +23,8 @@ const JOIN: f64 = 5.0;
 pub enum Reason {
     /// Scan and odometry contradict each other.
     Contradiction,
+    /// Little of the scan was found on the map, and no odometry bridges the gap: the map may be torn.
+    Torn,
     /// Little of the scan was found on the map.
     Lost,
     /// Nothing stands across the weak direction.
@@ -63,9 +68,11 @@ pub fn weak_spots(keyframes: &[Keyframe], poses: &[Se2]) -> Vec<WeakSpot> {
 }
 
 fn reason(k: &Keyframe) -> Option<Reason> {
-    if k.share < LOST {
+    if k.torn {
+        Some(Reason::Torn)
+    } else if k.share < LOST {
         Some(Reason::Lost)
-    } else if k.surprised {
+    } else if k.surprised && k.share < DOUBTED {
         Some(Reason::Contradiction)
     } else if k.weakest.0 > WEAK {
         Some(Reason::Slides)

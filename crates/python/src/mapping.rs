@@ -200,6 +200,7 @@ fn grid(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> 
 fn weak(out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
     let why = |reason: Reason| match reason {
         Reason::Contradiction => "odometry and scans contradict each other",
+        Reason::Torn => "the scan was not found on the map and no odometry bridges the gap",
         Reason::Lost => "little of the scan was found on the map",
         Reason::Slides => "nothing stands across this direction: a corridor without ends, or an open space",
     };
@@ -208,5 +209,6 @@ fn weak(out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
         .iter()
         .map(|w| (w.stamps.0, w.stamps.1, w.position.x, w.position.y, w.sigma, w.direction, why(w.reason)))
         .collect();
+    out.set_item("torn", r.weak.iter().filter(|w| w.reason == Reason::Torn).count())?;
     out.set_item("weak", spots)
 }

@@ -42,8 +42,25 @@ impl Default for SurfaceMap {
     }
 }
 
+/// The best point found so far.
+struct Nearest {
+    index: Option<usize>,
+    sq: f64,
+}
+
 fn cell(p: Vector2<f64>) -> (i64, i64) {
-    ((p.x / CELL).floor() as i64, (p.y / CELL).floor() as i64)
+    (floor(p.x / CELL), floor(p.y / CELL))
+}
+
+fn floor(x: f64) -> i64 {
+    let cut = x as i64;
+    cut - i64::from(x < cut as f64)
+}
+
+/// Distance from a coordinate to the cell `c` along its axis [m].
+fn gap(x: f64, c: i64) -> f64 {
+    let low = c as f64 * CELL;
+    (low - x).max(x - low - CELL).max(0.0)
 }
 
 fn bucket(x: i64, y: i64) -> usize {
@@ -78,27 +95,36 @@ impl SurfaceMap {
         self.merged.push(1.0);
     }
 
-    /// The closest point within `radius` whose normal agrees with `normal` (any, if that is zero).
+    /// The closest point within `radius` whose normal agrees with `normal` (any, if that is zero): the cell of `p` first, then
+    /// those around it that can hold a closer one.
     fn closest(&self, p: Vector2<f64>, normal: Vector2<f64>, radius: f64, agreement: f64) -> Option<usize> {
-        let any = normal == Vector2::zeros();
+        let agreement = if normal == Vector2::zeros() { f64::NEG_INFINITY } else { agreement };
+        let mut best = Nearest { index: None, sq: radius * radius };
+        let home = cell(p);
+        self.scan_cell(home, p, normal, agreement, &mut best);
         let (low, high) = (cell(p - Vector2::repeat(radius)), cell(p + Vector2::repeat(radius)));
-        let mut best = None;
-        let mut best_sq = radius * radius;
         for y in low.1..=high.1 {
+            let dy = gap(p.y, y);
             for x in low.0..=high.0 {
-                let mut k = self.heads[bucket(x, y)];
-                while k != NONE {
-                    let i = k as usize;
-                    let sq = (self.points[i] - p).norm_squared();
-                    if sq < best_sq && (any || self.normals[i].dot(&normal) > agreement) {
-                        best_sq = sq;
-                        best = Some(i);
-                    }
-                    k = self.next[i];
+                let dx = gap(p.x, x);
+                if (x, y) != home && dx * dx + dy * dy < best.sq {
+                    self.scan_cell((x, y), p, normal, agreement, &mut best);
                 }
             }
         }
-        best
+        best.index
+    }
+
+    fn scan_cell(&self, c: (i64, i64), p: Vector2<f64>, normal: Vector2<f64>, agreement: f64, best: &mut Nearest) {
+        let mut k = self.heads[bucket(c.0, c.1)];
+        while k != NONE {
+            let i = k as usize;
+            let sq = (self.points[i] - p).norm_squared();
+            if sq < best.sq && self.normals[i].dot(&normal) > agreement {
+                *best = Nearest { index: Some(i), sq };
+            }
+            k = self.next[i];
+        }
     }
 
     /// The surface points.

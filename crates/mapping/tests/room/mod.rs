@@ -57,5 +57,6 @@ pub fn keyframe(scan: &LaserScan, corners: Vec<Keypoint>) -> Keyframe {
         weakest: (0.0, 0.0),
         share: 1.0,
         surprised: false,
+        torn: false,
     }
 }
