@@ -1,4 +1,4 @@
-"""Calibrate, map and localize wheeled robots with a 2D laser scanner, accurately."""
+"""Map a building from a recording of a wheeled robot with a 2D laser scanner, accurately."""
 
 from groma._core import __version__
 

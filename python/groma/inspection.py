@@ -244,22 +244,13 @@ def _compare_clocks(found: Inspection, scans: str, odometry: str) -> None:
 
 
 def _uses(found: Inspection, mount_known: bool) -> list[Use]:
+    """Return which commands the recording can serve; a command is listed when it exists."""
     scans = sum(timing.count for (_, kind), timing in found.timings.items() if kind is Kind.SCAN)
     has_odometry = any(line.startswith("odometry from ") and not line.endswith(" none") for line in found.drive)
-    moving = any(stream.path_m > 0 for stream in found.odometry.values())
-    lacks_joints = [] if found.joints else ["wheel or steering positions (sensor_msgs/JointState)"]
     mapping = "with odometry" if has_odometry else "scans alone, as with --odometry none"
     if not mount_known:
         mapping += "; where the laser sits is not in it and is taken as zero"
-    return [
-        _use("groma map", ["laser scans"] if scans < 2 else [], mapping),
-        _use("groma calibrate vehicle", (["laser scans"] if scans < 2 else []) + lacks_joints, "scans and joints"),
-        _use(
-            "groma localize",
-            (["laser scans"] if scans < 2 else []) + ([] if moving or has_odometry else ["odometry"]),
-            "scans and odometry; needs a map",
-        ),
-    ]
+    return [_use("groma map", ["laser scans"] if scans < 2 else [], mapping)]
 
 
 def _use(command: str, lacks: list[str], works_with: str) -> Use:

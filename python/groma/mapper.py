@@ -20,6 +20,15 @@ Progress = Callable[[int, int, int, int], None]
 """Called with scans read, keyframes, local maps and closures."""
 
 
+STREAMS: dict[str, object] = {"scans": "", "odometry": ""}
+"""Settings that the core does not know: which streams of the recording are mapped; empty, chosen by the reader."""
+
+
+def map_defaults() -> dict[str, object]:
+    """Return all settings of `groma map` with their defaults."""
+    return {**STREAMS, **_core.map_defaults()}
+
+
 def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress | None = None) -> MapResult:
     """Map a drive.
 
@@ -42,7 +51,7 @@ def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress |
         When no scan could be used or the pose graph cannot be solved.
     """
     try:
-        core = _core.Mapper(json.dumps(settings))
+        core = _core.Mapper(json.dumps({key: value for key, value in settings.items() if key not in STREAMS}))
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
     counts: Counter[str] = Counter()

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from groma import _core
 from groma.io.toml import to_toml
+from groma.mapper import map_defaults
 
 
 def config() -> None:
     """Print the defaults of `groma map` as TOML."""
-    print(to_toml({"map": _core.map_defaults()}), end="")
+    print(to_toml({"map": map_defaults()}), end="")

@@ -8,7 +8,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma import _core
 from groma.cli.map import map_into
 from groma.cli.simulate import simulate
 from groma.errors import EstimationError
@@ -18,6 +17,7 @@ from groma.io.drive import open_drive
 from groma.io.recording import open_recording
 from groma.io.results import point_latest, result_directory, shown_command
 from groma.io.trajectory import read_tum
+from groma.mapper import map_defaults
 from groma.report.inspection_text import sections
 from groma.report.words import verdict
 
@@ -42,7 +42,7 @@ def demo(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] =
     for line in _summary(inspect(open_recording(recording))):
         print(line)
     result = map_into(
-        directory, open_drive(open_recording(recording)), _core.map_defaults(), shown_command(["map", recording.name])
+        directory, open_drive(open_recording(recording)), map_defaults(), shown_command(["map", recording.name])
     )
     if output is None:
         point_latest(directory)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from time import monotonic
@@ -13,12 +15,11 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from groma import _core
 from groma.errors import UserError
 from groma.io.drive import Drive, open_drive
 from groma.io.recording import open_recording
 from groma.io.results import point_latest, result_directory, save_map, shown_command
-from groma.mapper import map_drive
+from groma.mapper import map_defaults, map_drive
 from groma.mapping import MapResult
 from groma.report.words import verdict
 from groma.settings import Settings, merged, read_table
@@ -72,8 +73,9 @@ def map_(
         raise UserError(f"--threads {threads}: must be at least 1")
     if threads is not None:
         os.environ["RAYON_NUM_THREADS"] = str(threads)
-    settings = _settings(config, online, resolution)
-    drive = open_drive(open_recording(file), scans=scans, odometry=odometry)
+    chosen: Settings = {"online": online or None, "resolution": resolution, "scans": scans, "odometry": odometry}
+    settings = _settings(config, chosen)
+    drive = open_drive(open_recording(file), scans=_name(settings, "scans"), odometry=_name(settings, "odometry"))
     new = output is None or not output.exists()
     directory = result_directory(output, datetime.now().astimezone())
     try:
@@ -94,15 +96,19 @@ def map_(
 def map_into(directory: Path, drive: Drive, settings: Settings, command: str) -> MapResult:
     """Map a drive, with progress on a terminal, and write all files into a folder that exists."""
     result = _with_progress(drive, settings)
-    save_map(result, {"map": settings}, drive.recording.path, directory, command)
+    made = {**settings, "scans": drive.scans, "odometry": (drive.odometry or "none").partition(":")[0]}
+    save_map(result, {"map": made}, drive.recording.path, directory, command)
     return result
 
 
-def _settings(config: Path | None, online: bool, resolution: float | None) -> Settings:
+def _settings(config: Path | None, chosen: Settings) -> Settings:
     """Return the defaults, changed by the file, changed by the options."""
-    settings = merged(_core.map_defaults(), read_table(config, "map") if config else {}, "map")
-    chosen = {"online": online or None, "resolution": resolution}
+    settings = merged(map_defaults(), read_table(config, "map") if config else {}, "map")
     return merged(settings, {key: value for key, value in chosen.items() if value is not None}, "map")
+
+
+def _name(settings: Settings, stream: str) -> str | None:
+    return str(settings[stream]) or None
 
 
 def _with_progress(drive: Drive, settings: Settings) -> MapResult:
@@ -129,8 +135,21 @@ def _with_progress(drive: Drive, settings: Settings) -> MapResult:
         return map_drive(drive, settings, None if progress.disable else show)
 
 
+def _offset_note(counts: Mapping[str, float]) -> str | None:
+    """Return what odometry and scans say of the laser's place, when it is not where the recording puts it."""
+    x, y = counts["laser_offset_x_m"], counts["laser_offset_y_m"]
+    sigma = max(counts["laser_offset_x_sigma_m"], counts["laser_offset_y_sigma_m"])
+    if math.hypot(x, y) < max(0.05, 3 * sigma):
+        return None
+    return (
+        f"odometry and scans agree best with the laser {x:.2f} m ahead and {y:.2f} m to the left of where the "
+        "recording puts it; the poses written are those of the frame that the recording gives"
+    )
+
+
 def _tell(result: MapResult, drive: Drive, directory: Path) -> None:
-    for note in [*drive.notes, *drive.recording.notes.lines()]:
+    offset = _offset_note(result.counts)
+    for note in [*drive.notes, *drive.recording.notes.lines(), *([offset] if offset else [])]:
         print(f"note: {note}", file=sys.stderr)
     for reason, count in drive.skipped.items():
         print(f"skipped: {count} {reason}", file=sys.stderr)

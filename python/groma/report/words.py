@@ -73,8 +73,8 @@ def _consistency(result: MapResult) -> str:
     good = accepted(result)
     if torn := int(result.counts.get("torn_stretches", 0)):
         return (
-            f"The map may be torn: {count(torn, 'time')} the scan was not found on the map and there was no odometry to "
-            "bridge the gap, so that what follows may be misplaced"
+            f"The map may be torn: {count(torn, 'time')} the scan was not found on the map and there was no odometry "
+            "to bridge the gap, so that what follows may be misplaced"
         )
     if not good:
         return "No loop was closed, so that only registration from scan to scan holds the map together"
