@@ -1,7 +1,8 @@
 //! Drives through small simulated buildings, for the tests of mapping.
 
 use groma_geometry::Se2;
-use groma_mapping::mapper::{EdgeKind, MapResult, Mapper};
+use groma_mapping::closer::{Closure, Verdict};
+use groma_mapping::mapper::{MapResult, Mapper};
 use groma_mapping::options::Options;
 use groma_models::Odometry;
 use groma_simulation::drive::{Limits, Route, WheelErrors};
@@ -101,9 +102,15 @@ pub fn worst(truth: &[Se2], estimate: &[Se2]) -> (f64, f64) {
     errors.fold((0.0, 0.0), |(m, r), e| (e.translation.norm().max(m), e.theta().abs().max(r)))
 }
 
-/// Largest error of an accepted closure against the truth [m], [rad].
-pub fn worst_closure(truth: &[Se2], result: &MapResult) -> (f64, f64) {
-    let edges = result.graph.edges.iter().zip(&result.kinds).filter(|(_, kind)| **kind == EdgeKind::Closure);
-    let errors = edges.map(|(e, _)| truth[e.from].between(&truth[e.to]).between(&e.measurement));
-    errors.fold((0.0, 0.0), |(m, r), e| (e.translation.norm().max(m), e.theta().abs().max(r)))
+/// Closures of a verdict that passes, with the true pose of the later anchor in the earlier one.
+pub fn closures(truth: &[Se2], result: &MapResult, wanted: impl Fn(Verdict) -> bool) -> Vec<(Closure, Se2)> {
+    let chosen = result.closures.iter().filter(|(c, ..)| wanted(c.verdict));
+    chosen.map(|(c, a, b)| (c.clone(), truth[*a].between(&truth[*b]))).collect()
+}
+
+/// The most that the truth leaves of accepted closures in the directions that they hold [m], [rad]; their number.
+pub fn worst_closure(truth: &[Se2], result: &MapResult) -> (f64, f64, usize) {
+    let accepted = closures(truth, result, |verdict| verdict == Verdict::Accepted);
+    let left = accepted.iter().map(|(closure, true_pose)| closure.residual(true_pose));
+    left.fold((0.0, 0.0, 0), |(m, r, count), e| (e.0.max(m), e.1.max(r), count + 1))
 }
