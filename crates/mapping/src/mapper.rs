@@ -16,7 +16,7 @@ use crate::occupancy::occupancy;
 use crate::options::Options;
 use crate::pose_graph::{self, Edge, PoseGraph};
 use crate::tracker::{Finished, Tracker};
-use crate::trajectory::at_odometry_rate;
+use crate::trajectory::{ahead, at_odometry_rate};
 use crate::weak::{WeakSpot, weak_spots};
 use groma_features::Keypoint;
 use groma_features::falko::Detector;
@@ -89,6 +89,8 @@ struct Placed {
     keyframe: usize,
     t_keyframe_scan: Se2,
     online: Se2,
+    /// The laser's place against the odometry as it was known then.
+    offset: Se2,
 }
 
 /// Builds a map from scans and odometry.
@@ -244,7 +246,7 @@ impl Mapper {
             (Some(map), Some(pose)) => *pose * map.anchor.between(tracked),
             _ => *tracked,
         };
-        self.placed.push(Placed { stamp, keyframe, t_keyframe_scan, online });
+        self.placed.push(Placed { stamp, keyframe, t_keyframe_scan, online, offset: self.tracker.offset().pose() });
     }
 
     /// The map of what was pushed.
@@ -327,10 +329,13 @@ impl Mapper {
         let offset = self.tracker.offset();
         let shift = |u: &Se2| offset.apply(u);
         let scans = |pose: &dyn Fn(&Placed) -> Se2| self.placed.iter().map(|p| (p.stamp, pose(p))).collect::<Vec<_>>();
-        let finals = scans(&|p| graph.nodes[p.keyframe] * p.t_keyframe_scan);
-        let chosen = if self.options.online { scans(&|p| p.online) } else { finals };
         let tracked = scans(&|p| self.keyframes[p.keyframe].tracked * p.t_keyframe_scan);
-        let trajectory = at_odometry_rate(&chosen, &self.track, shift);
+        let trajectory = if self.options.online {
+            let offsets: Vec<Se2> = self.placed.iter().map(|p| p.offset).collect();
+            ahead(&scans(&|p| p.online), &offsets, &self.track)
+        } else {
+            at_odometry_rate(&scans(&|p| graph.nodes[p.keyframe] * p.t_keyframe_scan), &self.track, shift)
+        };
         let odometry = odometry_alone(&trajectory, &self.track, shift);
         MapResult {
             stamps: self.keyframes.iter().map(|k| k.stamp).collect(),

@@ -7,7 +7,8 @@
 //! P(t) = P_1 D(t) exp(u e),     u = (t - t_1) / (t_2 - t_1)
 //! ```
 //!
-//! Before the first and after the last scan the odometry goes on alone.
+//! Before the first and after the last scan the odometry goes on alone. Online it does so after every scan, for the next one is
+//! not known yet.
 
 use groma_geometry::Se2;
 use groma_models::{Odometry, OdometryTrack};
@@ -20,37 +21,57 @@ const SAME: f64 = 1e-6;
 /// `shift` maps an odometry increment to the frame that the scans are given in.
 #[must_use]
 pub fn at_odometry_rate(scans: &[(f64, Se2)], track: &OdometryTrack, shift: impl Fn(&Se2) -> Se2) -> Vec<(f64, Se2)> {
+    merged(scans, track, |k, reading| match scans.get(k) {
+        Some(after) if k > 0 => between(&scans[k - 1], after, reading, track, &shift),
+        _ => onward(&scans[k.saturating_sub(1)], reading, track, &shift),
+    })
+}
+
+/// The same as it could be told at the time: the odometry goes on from the last scan, shifted by what was known there of
+/// the laser's place, the `offsets`.
+#[must_use]
+pub fn ahead(scans: &[(f64, Se2)], offsets: &[Se2], track: &OdometryTrack) -> Vec<(f64, Se2)> {
+    merged(scans, track, |k, reading| {
+        let last = k.saturating_sub(1);
+        onward(&scans[last], reading, track, &|u: &Se2| offsets[last].inverse() * *u * offsets[last])
+    })
+}
+
+/// The scans, and the readings of `track` with the pose that `place` gives to those before scan k (after all: k scans).
+fn merged(scans: &[(f64, Se2)], track: &OdometryTrack, place: impl Fn(usize, &Odometry) -> Se2) -> Vec<(f64, Se2)> {
     let mut out = Vec::with_capacity(scans.len() + track.readings().len());
     let mut readings = track.readings().iter().peekable();
     for (k, (stamp, pose)) in scans.iter().enumerate() {
         while let Some(r) = readings.next_if(|r| r.stamp < stamp - SAME) {
-            out.push((r.stamp, between(k.checked_sub(1).map(|j| &scans[j]), &scans[k], r, track, &shift)));
+            out.push((r.stamp, place(k, r)));
         }
         while readings.next_if(|r| r.stamp <= stamp + SAME).is_some() {}
         out.push((*stamp, *pose));
     }
-    if let (Some((stamp, pose)), true) = (scans.last(), track.readings().len() > 1) {
-        let start = track.at(*stamp).unwrap_or(Se2::IDENTITY);
-        out.extend(readings.map(|r| (r.stamp, *pose * shift(&start.between(&r.pose)))));
+    if !scans.is_empty() && track.readings().len() > 1 {
+        out.extend(readings.map(|r| (r.stamp, place(scans.len(), r))));
     }
     out
 }
 
+/// The pose at a reading by odometry alone, from a scan.
+fn onward(scan: &(f64, Se2), reading: &Odometry, track: &OdometryTrack, shift: &impl Fn(&Se2) -> Se2) -> Se2 {
+    let start = track.at(scan.0).unwrap_or(reading.pose);
+    scan.1 * shift(&start.between(&reading.pose))
+}
+
+/// The pose at a reading between two scans.
 fn between(
-    before: Option<&(f64, Se2)>,
+    before: &(f64, Se2),
     after: &(f64, Se2),
     reading: &Odometry,
     track: &OdometryTrack,
     shift: &impl Fn(&Se2) -> Se2,
 ) -> Se2 {
-    let (_, Some(end)) = (after.0, track.at(after.0)) else { return after.1 };
-    let Some((t1, p1)) = before else {
-        return after.1 * shift(&end.between(&reading.pose));
-    };
-    let start = track.at(*t1).unwrap_or(reading.pose);
-    let missed = after.1.minus(&(*p1 * shift(&start.between(&end))));
-    let u = (reading.stamp - t1) / (after.0 - t1);
-    (*p1 * shift(&start.between(&reading.pose))).plus(missed * u)
+    let end = Odometry { stamp: after.0, pose: track.at(after.0).unwrap_or(reading.pose) };
+    let missed = after.1.minus(&onward(before, &end, track, shift));
+    let u = (reading.stamp - before.0) / (after.0 - before.0);
+    onward(before, reading, track, shift).plus(missed * u)
 }
 
 #[cfg(test)]
@@ -70,6 +91,17 @@ mod tests {
         let scans = [(1.0, Se2::IDENTITY), (2.0, Se2::new(1.2, 0.0, 0.0))];
         let out = at_odometry_rate(&scans, &track(&[0.5, 1.0, 1.5, 2.5]), |u| *u);
         let expected = [(0.5, -0.5), (1.0, 0.0), (1.5, 0.6), (2.0, 1.2), (2.5, 1.7)];
+        assert_eq!(out.len(), expected.len());
+        for ((t, p), (te, x)) in out.iter().zip(expected) {
+            assert!(*t == te && (p.x() - x).abs() < 1e-12, "{t} {}", p.x());
+        }
+    }
+
+    #[test]
+    fn online_what_odometry_missed_is_not_known_before_the_next_scan() {
+        let scans = [(1.0, Se2::IDENTITY), (2.0, Se2::new(1.2, 0.0, 0.0))];
+        let out = ahead(&scans, &[Se2::IDENTITY; 2], &track(&[0.5, 1.0, 1.5, 2.5]));
+        let expected = [(0.5, -0.5), (1.0, 0.0), (1.5, 0.5), (2.0, 1.2), (2.5, 1.7)];
         assert_eq!(out.len(), expected.len());
         for ((t, p), (te, x)) in out.iter().zip(expected) {
             assert!(*t == te && (p.x() - x).abs() < 1e-12, "{t} {}", p.x());
