@@ -2,19 +2,14 @@
 //!
 //! For a local map, earlier ones are candidates when the graph says that they may overlap (the window of search follows
 //! from the covariance along the best path), or when their corner signatures look alike (GLAROT), however far away the
-//! graph believes them. A candidate becomes a closure when
-//!
-//! 1. registration and the views of both maps agree on it ([`check`]),
-//! 2. nothing else in the window of search does: the place is not ambiguous,
-//! 3. it holds all directions (a bare corridor slides), or those it does not hold were certain before,
-//! 4. it lies within the uncertainty of the graph,
-//! 5. and, where the search could not be exhaustive because the graph was too uncertain, a neighbouring local map says
-//!    the same.
+//! graph believes them. Each is searched, registered, shown to the views of the other ([`check`]) and judged
+//! ([`judge`]).
 //!
 //! All closures then enter a pose graph of local maps with a robust cost; one that the others contradict is rejected.
 //! Online, [`Closer::close`] runs at each finished local map and sees only the past; offline, [`Closer::revisit`] then
 //! goes over all pairs again with what has been learned, until nothing new is found.
 
+use crate::closure::{Closure, Expected, GATE, REACH, Verdict, invert, judge};
 use crate::keyframe::Keyframe;
 use crate::local_map::LocalMap;
 use crate::pose_graph::{Edge, Options, PoseGraph};
@@ -34,24 +29,11 @@ const LEAST_GAP: usize = 3;
 const NEAR: f64 = 5.0;
 /// Candidates tried for one local map.
 const MOST_CANDIDATES: usize = 8;
-/// The search window [m]: least, and largest that is searched exhaustively; and [rad].
-const REACH: (f64, f64) = (0.4, 10.0);
-const TURN: (f64, f64) = (0.12, std::f64::consts::PI);
 /// Within this no search is needed, registration finds its way [m], [rad].
 const DIRECT: (f64, f64) = (0.4, 0.12);
 /// Least score of a peak, and share of the best that another must reach to be looked at.
 const PEAK: (f64, f64) = (0.15, 0.8);
 const MOST_PEAKS: usize = 4;
-/// Least overlap of a closure.
-const OVERLAP: f64 = 0.85;
-/// Least share on surfaces and in common view: where the place was known, and where the window was at its widest.
-const SUPPORT: (f64, f64) = (0.2, 0.35);
-/// Another pose in the window whose overlap comes this close makes it ambiguous.
-const RIVAL: f64 = 0.05;
-/// Standard deviation along the weakest direction beyond which a closure slides [m].
-const SLIDES: f64 = 0.1;
-/// Squared Mahalanobis distance within which a closure must lie of what the graph believed (99.9 %, inflated).
-const GATE: f64 = 16.27 * 4.0;
 /// How often all pairs are gone over again, and how far a pair must have moved to be looked at again [m], [rad].
 const ROUNDS: usize = 3;
 const ELSEWHERE: (f64, f64) = (0.5, 0.1);
@@ -60,63 +42,6 @@ const LEAST_CORNERS: usize = 6;
 const MOST_ALIKE: usize = 6;
 /// Local maps this close in the sequence may confirm each other.
 const NEIGHBOURS: usize = 6;
-/// Covariance that a closure has at least: local maps bend [m], [rad].
-const FLOOR: (f64, f64) = (0.03, 0.004);
-
-/// What became of a candidate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It is part of the graph.
-    Accepted,
-    /// The views disagree.
-    NoOverlap,
-    /// The two maps have too little in common view to tell.
-    TooLittle,
-    /// It fits in two places.
-    Ambiguous,
-    /// Nothing holds it along a direction that was not known before.
-    Slides,
-    /// It lies beyond the uncertainty of the graph.
-    Implausible,
-    /// The other closures contradict it.
-    Contradicted,
-    /// It looks right, but could be one of many such places: it waits for a neighbour to say the same.
-    Unconfirmed,
-}
-
-/// A verified or rejected candidate.
-#[derive(Clone, Debug)]
-pub struct Closure {
-    /// Local map a.
-    pub from: usize,
-    /// Local map b, later than a.
-    pub to: usize,
-    /// What was found.
-    pub check: Check,
-    /// `T_a_b` as the graph had it.
-    pub predicted: Se2,
-    /// What became of it.
-    pub verdict: Verdict,
-}
-
-impl Closure {
-    /// Information of the measured pose `check.pose`, body frame of the later anchor.
-    #[must_use]
-    pub fn information(&self) -> Matrix3<f64> {
-        floored(&self.check.information)
-    }
-
-    /// What is left of the closure when the two anchors stand at `pose` to each other [m], [rad]. Along a direction that the closure does
-    /// not hold (`SLIDES`) nothing is asked of it.
-    #[must_use]
-    pub fn residual(&self, pose: &Se2) -> (f64, f64) {
-        let left = self.check.pose.between(pose);
-        let position = self.information().fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
-        let held = (0..2).filter(|k| position.eigenvalues[*k] > SLIDES.powi(-2));
-        let metres_sq: f64 = held.map(|k| position.eigenvectors.column(k).dot(&left.translation).powi(2)).sum();
-        (metres_sq.sqrt(), left.theta().abs())
-    }
-}
 
 /// The local maps, their poses and what ties them together.
 #[derive(Default)]
@@ -136,8 +61,7 @@ pub struct Closer {
 struct Candidate {
     a: usize,
     b: usize,
-    predicted: Se2,
-    covariance: Matrix3<f64>,
+    expected: Expected,
     distance: f64,
     /// Poses that corners suggest, where the window is too wide to be searched.
     suggested: Option<Vec<Se2>>,
@@ -160,7 +84,7 @@ impl Closer {
         let candidates = self.candidates(b);
         let found: Vec<Option<Closure>> = candidates.par_iter().map(|c| self.examine(c, keyframes)).collect();
         self.closures.retain(|c| !candidates.iter().any(|n| (n.a, n.b) == (c.from, c.to)));
-        self.tried.extend(candidates.iter().map(|c| ((c.a, c.b), c.predicted)));
+        self.tried.extend(candidates.iter().map(|c| ((c.a, c.b), c.expected.pose)));
         let before = self.accepted();
         self.closures.extend(found.into_iter().flatten());
         self.confirm(b);
@@ -191,14 +115,14 @@ impl Closer {
         let candidate = |a: usize| {
             let predicted = self.poses[a].between(&self.poses[b]);
             let ad = predicted.inverse().adjoint();
-            let covariance = ad * spread[a]? * ad.transpose();
-            let sigma = (covariance[(0, 0)] + covariance[(1, 1)]).sqrt();
-            let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - 2.0 * sigma;
-            Some(Candidate { a, b, predicted, covariance, distance, suggested: None })
+            let expected = Expected { pose: predicted, covariance: ad * spread[a]? * ad.transpose() };
+            let slack = 2.0 / 3.0 * expected.whole_reach();
+            let distance = self.maps[a].path_distance(&self.maps[b], &predicted) - slack;
+            Some(Candidate { a, b, expected, distance, suggested: None })
         };
         let all = (0..b.saturating_sub(LEAST_GAP - 1)).filter_map(candidate).filter(|c| self.is_news(c));
         let (mut near, mut far): (Vec<Candidate>, Vec<Candidate>) =
-            all.filter(|c| c.distance < NEAR).partition(|c| whole_reach(&c.covariance) < 1.5 * REACH.1);
+            all.filter(|c| c.distance < NEAR).partition(|c| c.expected.whole_reach() < 1.5 * REACH.1);
         near.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
         near.truncate(MOST_CANDIDATES);
         near.extend(self.alike(b, &mut far));
@@ -208,7 +132,7 @@ impl Closer {
     /// Whether a pair was never looked at, or was turned down and stands elsewhere since.
     fn is_news(&self, c: &Candidate) -> bool {
         let Some(before) = self.tried.get(&(c.a, c.b)) else { return true };
-        let moved = before.between(&c.predicted);
+        let moved = before.between(&c.expected.pose);
         let elsewhere = moved.translation.norm() > ELSEWHERE.0 || moved.theta().abs() > ELSEWHERE.1;
         elsewhere && !self.closures.iter().any(|k| (k.from, k.to, k.verdict) == (c.a, c.b, Verdict::Accepted))
     }
@@ -244,7 +168,7 @@ impl Closer {
             from: c.from,
             to: c.to,
             pose: c.check.pose,
-            covariance: invert(&floored(&c.check.information)),
+            covariance: c.covariance(),
         });
         steps.chain(closed).collect()
     }
@@ -252,15 +176,13 @@ impl Closer {
     /// Searches, verifies and judges a candidate; `None` when not even a peak was found.
     fn examine(&self, c: &Candidate, keyframes: &[Keyframe]) -> Option<Closure> {
         let (a, b) = (&self.maps[c.a], &self.maps[c.b]);
-        let p = &c.covariance;
-        let reach = reach(p);
-        let turn = (3.0 * p[(2, 2)].sqrt()).clamp(TURN.0, TURN.1);
+        let (reach, turn) = (c.expected.reach(), c.expected.turn());
         let starts = if let Some(suggested) = &c.suggested {
             suggested.clone()
         } else if reach <= DIRECT.0 && turn <= DIRECT.1 {
-            vec![c.predicted]
+            vec![c.expected.pose]
         } else {
-            let window = Window { center: c.predicted, reach, turn };
+            let window = Window { center: c.expected.pose, reach, turn };
             let points: Vec<_> = b.sample.points.iter().step_by(2).copied().collect();
             let peaks = a.field().search(&points, &window, PEAK.0, PEAK.1);
             peaks.iter().take(MOST_PEAKS).map(|p| p.pose).collect()
@@ -268,8 +190,8 @@ impl Closer {
         let mut checks: Vec<Check> = starts.iter().map(|s| check(a, b, *s, keyframes)).collect();
         checks.sort_by(|x, y| y.overlap.total_cmp(&x.overlap));
         let best = checks.first()?.clone();
-        let verdict = judge(&best, &checks[1..], c);
-        Some(Closure { from: c.a, to: c.b, check: best, predicted: c.predicted, verdict })
+        let verdict = judge(&best, &checks[1..], &c.expected, c.suggested.is_some());
+        Some(Closure { from: c.a, to: c.b, check: best, predicted: c.expected.pose, verdict })
     }
 
     /// Accepts unconfirmed closures of map `b` that one of a neighbouring map agrees with.
@@ -299,7 +221,8 @@ impl Closer {
         let from_a = from_source(self.maps.len(), links, x.from);
         let from_b = from_source(self.maps.len(), links, x.to);
         let (Some(p_a), Some(p_b)) = (from_a[y.from], from_b[y.to]) else { return false };
-        if whole_reach(&p_a) > REACH.1 || whole_reach(&p_b) > REACH.1 {
+        let known = |p: &Matrix3<f64>| 9.0 * (p[(0, 0)] + p[(1, 1)]) < REACH.1 * REACH.1;
+        if !known(&p_a) || !known(&p_b) {
             return false;
         }
         // T_xa_ya T_ya_yb = T_xa_xb T_xb_yb, each side a way from the one to the other.
@@ -308,10 +231,7 @@ impl Closer {
         let e = left.minus(&right);
         let ad = y.check.pose.inverse().adjoint();
         let step = self.poses[x.to].between(&self.poses[y.to]).inverse().adjoint();
-        let spread = ad * p_a * ad.transpose()
-            + p_b
-            + invert(&floored(&y.check.information))
-            + step * invert(&floored(&x.check.information)) * step.transpose();
+        let spread = ad * p_a * ad.transpose() + p_b + y.covariance() + step * x.covariance() * step.transpose();
         e.dot(&(invert(&spread) * e)) < GATE
     }
 
@@ -350,55 +270,4 @@ impl Closer {
         }
         (PoseGraph { nodes: self.poses.clone(), edges }, held)
     }
-}
-
-fn judge(best: &Check, others: &[Check], c: &Candidate) -> Verdict {
-    let searched = (reach(&c.covariance) / REACH.1).min(1.0);
-    let support = SUPPORT.0 + (SUPPORT.1 - SUPPORT.0) * searched;
-    if best.overlap < OVERLAP {
-        return Verdict::NoOverlap;
-    }
-    if best.share < support || best.common < support {
-        return Verdict::TooLittle;
-    }
-    let elsewhere = |o: &&Check| {
-        let d = best.pose.between(&o.pose);
-        d.translation.norm() > 0.3 || d.theta().abs() > 0.1
-    };
-    if others.iter().filter(elsewhere).any(|o| o.overlap > best.overlap - RIVAL && o.share > best.share * 0.85) {
-        return Verdict::Ambiguous;
-    }
-    let e = best.pose.minus(&c.predicted);
-    let spread = c.covariance + invert(&floored(&best.information));
-    if e.dot(&(invert(&spread) * e)) > GATE {
-        return Verdict::Implausible;
-    }
-    if c.suggested.is_some() {
-        return Verdict::Unconfirmed;
-    }
-    let known = invert(&(best.information + invert(&c.covariance)));
-    if (known[(0, 0)] + known[(1, 1)]).sqrt() > SLIDES {
-        return Verdict::Slides;
-    }
-    Verdict::Accepted
-}
-
-/// Half the edge of the window that holds the true pose [m].
-fn whole_reach(covariance: &Matrix3<f64>) -> f64 {
-    3.0 * (covariance[(0, 0)] + covariance[(1, 1)]).sqrt()
-}
-
-/// The same within what is searched.
-fn reach(covariance: &Matrix3<f64>) -> f64 {
-    whole_reach(covariance).clamp(REACH.0, REACH.1)
-}
-
-/// The information of a closure with the least covariance added.
-fn floored(information: &Matrix3<f64>) -> Matrix3<f64> {
-    let floor = nalgebra::Vector3::new(FLOOR.0 * FLOOR.0, FLOOR.0 * FLOOR.0, FLOOR.1 * FLOOR.1);
-    invert(&(invert(&(information + Matrix3::identity() * 1e-3)) + Matrix3::from_diagonal(&floor)))
-}
-
-fn invert(m: &Matrix3<f64>) -> Matrix3<f64> {
-    m.try_inverse().unwrap_or_else(Matrix3::zeros)
 }

@@ -1,6 +1,7 @@
 //! From scans and odometry to a map: local maps, loop closure, pose graph, occupancy and landmark maps.
 
 pub mod closer;
+pub mod closure;
 pub mod keyframe;
 pub mod landmarks;
 pub mod local_map;

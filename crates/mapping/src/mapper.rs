@@ -8,7 +8,8 @@
 //! only; [`Mapper::finish`] may be called at any time and gives a finished map of what was pushed. Offline (the default) it
 //! first goes over all pairs of local maps again.
 
-use crate::closer::{Closer, Closure, Verdict};
+use crate::closer::Closer;
+use crate::closure::{Closure, Verdict};
 use crate::keyframe::Keyframe;
 use crate::landmarks::landmarks;
 use crate::local_map::{LocalMap, link};

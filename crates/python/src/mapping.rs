@@ -1,7 +1,7 @@
 //! `groma.mapping`: scans and odometry pushed in order of time, a map as arrays.
 
 use groma_geometry::Se2;
-use groma_mapping::closer::Verdict;
+use groma_mapping::closure::Verdict;
 use groma_mapping::mapper::{EdgeKind, MapResult, Mapper as Core, Skipped};
 use groma_mapping::options::Options;
 use groma_mapping::weak::Reason;

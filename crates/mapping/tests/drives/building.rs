@@ -1,7 +1,7 @@
 //! Drives through small simulated buildings, for the tests of mapping.
 
 use groma_geometry::Se2;
-use groma_mapping::closer::{Closure, Verdict};
+use groma_mapping::closure::{Closure, Verdict};
 use groma_mapping::mapper::{MapResult, Mapper};
 use groma_mapping::options::Options;
 use groma_models::Odometry;
