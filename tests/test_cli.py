@@ -13,7 +13,15 @@ import groma.cli
 from drives import drive, scene
 
 GROMA = Path(sys.executable).with_name("groma")
-COMMANDS = [["demo"], ["inspect"], ["map"], ["simulate"], ["config"], ["evaluate", "trajectory"]]
+COMMANDS = [
+    ["demo"],
+    ["inspect"],
+    ["map"],
+    ["simulate"],
+    ["config"],
+    ["evaluate", "trajectory"],
+    ["evaluate", "features"],
+]
 
 
 @pytest.fixture(scope="module")

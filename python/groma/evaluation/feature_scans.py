@@ -1,0 +1,110 @@
+"""The scans of a recording that an evaluation looks at, each with the pose of the laser.
+
+Every n-th scan of the drive, in order of time (:mod:`groma.io.drive`). Poses of the vehicle are those of the odometry
+of the recording (in corrected logs these are the corrected ones) or of a given trajectory; between two of them at most
+2 s apart they are interpolated, up to 0.1 s outside the nearest stands. T_map_laser is the pose of the vehicle times
+the mounting that the recording tells, at the stamp of the first beam: motion within a sweep is not taken out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from groma.errors import UserError
+from groma.evaluation.association import look_up
+from groma.evaluation.se2 import compose
+from groma.io.drive import Drive, open_drive
+from groma.io.recording import open_recording
+from groma.io.trajectory import Trajectory, read_tum
+from groma.models import LaserScan, Odometry
+
+Array = NDArray[np.float64]
+
+_NEAR_S, _GAP_S = 0.1, 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class PosedScans:
+    """N scans of one recording."""
+
+    name: str
+    """The recording."""
+    source: str
+    """Where the poses are from."""
+    scans: list[LaserScan]
+    """In order of time."""
+    poses: Array
+    """(N, 3) T_map_laser."""
+    total: int
+    """Scans of the drive."""
+    without_pose: int
+    """Scans that would have been looked at, had they a pose."""
+    notes: tuple[str, ...] = ()
+    """What was chosen, assumed and left out, in sentences."""
+
+
+def read_posed_scans(path: Path, poses: Path | None, every: int) -> PosedScans:
+    """Read every n-th scan of a recording with its pose.
+
+    Parameters
+    ----------
+    path
+        What ``groma inspect`` can read.
+    poses
+        TUM trajectory of the vehicle; the odometry of the recording when None.
+    every
+        1 for all scans.
+
+    Raises
+    ------
+    UserError
+        When a file cannot be read, there is no trajectory, or no scan lies within it.
+    """
+    drive = open_drive(open_recording(path))
+    scans, total, odometry = _gathered(drive, every)
+    trajectory = odometry if poses is None else read_tum(poses)
+    if trajectory is None:
+        raise UserError(f"{path}: no odometry in it: give the poses as TUM with --poses")
+    if not scans:
+        raise UserError(f"{path}: no scan in it has a time")
+    stamps = np.array([scan.stamp for scan in scans])
+    found = look_up(trajectory, stamps, "interp", _NEAR_S, _GAP_S)
+    if not found.found.any():
+        raise UserError(
+            f"{poses or path}: no scan has a pose: the scans span {stamps[0]:.3f} to {stamps[-1]:.3f} s, "
+            f"the poses {trajectory.stamps[0]:.3f} to {trajectory.stamps[-1]:.3f} s"
+        )
+    kept = [scan for scan, has_pose in zip(scans, found.found, strict=True) if has_pose]
+    mount = np.array([drive.mount.x, drive.mount.y, drive.mount.yaw])
+    notes = [*drive.notes, *drive.recording.notes.lines(), *_left_out(drive, trajectory)]
+    source = str(poses) if poses else f"{drive.odometry} in the recording"
+    of_laser = compose(found.poses[found.found], mount)
+    return PosedScans(str(path), source, kept, of_laser, total, len(scans) - len(kept), tuple(notes))
+
+
+def _left_out(drive: Drive, trajectory: Trajectory) -> Iterator[str]:
+    for why, count in drive.skipped.items():
+        yield f"skipped: {count} {why}"
+    if count := trajectory.skipped + trajectory.repeated:
+        yield f"skipped: {count} poses that are not finite, have no rotation or repeat a stamp"
+
+
+def _gathered(drive: Drive, every: int) -> tuple[list[LaserScan], int, Trajectory | None]:
+    """Return every n-th scan, the number of all, and the odometry."""
+    scans: list[LaserScan] = []
+    total = 0
+    rows: list[tuple[float, float, float, float]] = []
+    for event in drive.events():
+        if isinstance(event, Odometry):
+            rows.append((event.stamp, event.x, event.y, event.theta))
+            continue
+        if total % every == 0:
+            scans.append(event)
+        total += 1
+    table = np.array(rows)
+    return scans, total, Trajectory(table[:, 0], table[:, 1:]) if rows else None
