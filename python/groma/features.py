@@ -1,7 +1,7 @@
 """Corners of laser scans: find them, describe them, tell places apart by them, pair them between two maps.
 
 Source: Kallasi, Rizzini, Caselli, "Fast keypoint features from laser scanner for robot localization and mapping",
-IEEE RA-L 1(1), 2016 (FALKO, BSC, CGH); Kallasi, Rizzini, IROS 2016 (GLAROT). Formulas: docs/theory/features.md.
+IEEE RA-L 1(1), 2016 (FALKO, OC, BSC, CGH); Kallasi, Rizzini, IROS 2016 (GLAROT). Formulas: docs/theory/features.md.
 Keypoints and points are in the laser frame, metres and radians. Settings are given by name; their defaults are
 :func:`defaults`.
 """
@@ -9,84 +9,22 @@ Keypoints and points are in the laser frame, metres and radians. Settings are gi
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypedDict, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from groma import _core
+from groma.feature_options import AssociationOptions, FalkoOptions, GlarotOptions, OcOptions
 from groma.models import BeamGeometry
 
 Array = NDArray[np.float64]
-
-
-class FalkoOptions(TypedDict, total=False):
-    """Settings of the detector."""
-
-    a: float
-    """Radius of the neighbourhood at range zero [m]: ``r = a exp(b range)``."""
-    b: float
-    """Growth of its logarithm with range [1/m]."""
-    range_min: float
-    """Nearer beams are no corners [m]."""
-    range_max: float
-    """Farther beams are no corners [m]."""
-    min_side_points: int
-    """Points a corner needs on each side."""
-    beta: float
-    """Radius over the least base and height of the corner's triangle."""
-    sectors: int
-    """Sectors of the ring on which the score is counted, even."""
-    threshold_percent: int
-    """Share of the worst score of the scan by which a corner must be better."""
-    suppression_radius: float
-    """Radius within which only the best corner stays [m]."""
-    sub_beam: bool
-    """Whether the corner is placed between the beams, where its two lines meet."""
-    range_noise: float
-    """Least standard deviation of a range, for the covariance [m]."""
-
-
-class GlarotOptions(TypedDict, total=False):
-    """Settings of the signature."""
-
-    n_theta: int
-    """Bins over the half turn of directions."""
-    n_rho: int
-    """Bins over the lengths."""
-    rho_max: float
-    """Longest pair that counts [m]."""
-    sigma_theta: float
-    """Standard deviation of the kernel in direction [rad]."""
-    sigma_rho: float
-    """Standard deviation of the kernel in length [m]."""
-
-
-class AssociationOptions(TypedDict, total=False):
-    """Settings of the association."""
-
-    tolerance: float
-    """Farthest that paired landmarks may lie apart, and lengths of pairs may differ [m]."""
-    point_noise: float
-    """Least standard deviation of a landmark's coordinate, for the covariance [m]."""
-    min_length: float
-    """Shortest pair from which a motion is taken [m]."""
-    max_length: float
-    """Longest such pair [m]."""
-    min_pairs: int
-    """Fewest pairs of a hypothesis."""
-    max_hypotheses: int
-    """Most hypotheses returned."""
-    distinct_translation: float
-    """Two hypotheses differ where they move the middle of b this far apart [m] ..."""
-    distinct_rotation: float
-    """... or turn it this differently [rad]."""
-    max_motions: int
-    """Most motions looked at; above it the pairs of a are thinned out evenly."""
-    max_verified: int
-    """Most motions for which inliers are counted; above it votes decide which."""
+_Detect = Callable[
+    [Array, list[int], tuple[float, float, float, float], str],
+    tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, Array, Array],
+]
 
 
 def defaults() -> tuple[FalkoOptions, GlarotOptions, AssociationOptions]:
@@ -158,10 +96,43 @@ def falko_batch(
     ValueError
         If an option is unknown or out of its range, or a scan is not one-dimensional.
     """
+    return _detect(_core.falko_detect, scans, geometry, json.dumps(options))
+
+
+def oc(ranges: ArrayLike, geometry: BeamGeometry, **options: Unpack[OcOptions]) -> Keypoints:
+    """Find the corners of walls at right angles, all in the one direction that dominates the scan.
+
+    Parameters
+    ----------
+    ranges
+        (N,) readings [m]; what is no hit under the geometry is no point.
+    geometry
+        Where the beams point; a scan that goes all round has no seam.
+    **options
+        See :class:`OcOptions`.
+
+    Raises
+    ------
+    ValueError
+        If an option is unknown or out of its range, or ``ranges`` is not one-dimensional.
+    """
+    return oc_batch([ranges], geometry, **options)[0]
+
+
+def oc_batch(
+    scans: ArrayLike | Sequence[ArrayLike], geometry: BeamGeometry, **options: Unpack[OcOptions]
+) -> list[Keypoints]:
+    """Find the orthogonal corners of many scans, as :func:`falko_batch` does those of any angle."""
+    return _detect(_core.oc_detect, scans, geometry, json.dumps(options))
+
+
+def _detect(
+    detect: _Detect, scans: ArrayLike | Sequence[ArrayLike], geometry: BeamGeometry, options: str
+) -> list[Keypoints]:
     arrays = [_vector("a scan", scan) for scan in scans]  # type: ignore[union-attr]
     flat = np.concatenate(arrays) if arrays else np.empty(0)
     counts = [len(array) for array in arrays]
-    found, index, point, *rest = _core.falko_detect(flat, counts, _beams(geometry), json.dumps(options))
+    found, index, point, *rest = detect(flat, counts, _beams(geometry), options)
     orientation, radius, covariance = rest
     cuts = np.cumsum(found)[:-1]
     columns = (index, point.reshape(-1, 2), orientation, radius, covariance.reshape(-1, 2, 2))

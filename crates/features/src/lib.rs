@@ -1,6 +1,6 @@
 //! Natural landmarks of laser scans: where they are, what they look like, which belong together.
 //!
-//! [`falko`] finds corners in one scan, [`bsc`] and [`cgh`] describe them, [`glarot`] tells which local maps look alike,
+//! [`falko`] and [`oc`] find corners in one scan, [`bsc`] and [`cgh`] describe them, [`glarot`] tells which local maps look alike,
 //! [`association`] pairs the landmarks of two maps and finds the rigid motion between them.
 //!
 //! Source of the family: F. Kallasi, D. L. Rizzini, S. Caselli, "Fast keypoint features from laser scanner for robot
@@ -13,6 +13,7 @@ pub mod cgh;
 pub mod falko;
 pub mod glarot;
 mod keypoint;
+pub mod oc;
 mod options;
 mod rigid_fit;
 mod surroundings;

@@ -3,7 +3,7 @@
 use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
-use groma_features::{Keypoint, falko, glarot, rigid_fit};
+use groma_features::{Keypoint, falko, glarot, oc, rigid_fit};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
@@ -32,6 +32,21 @@ fn falko_detect<'py>(
     options.validate().map_err(invalid)?;
     let scans = split(ranges.as_slice()?, &counts)?;
     Ok(flatten(py, &py.detach(|| falko::detect_all(geometry(beams), &scans, options))))
+}
+
+/// The same with the detector of orthogonal corners.
+#[pyfunction]
+fn oc_detect<'py>(
+    py: Python<'py>,
+    ranges: PyReadonlyArray1<'py, f64>,
+    counts: Vec<usize>,
+    beams: Beams,
+    options: &str,
+) -> PyResult<Detected<'py>> {
+    let options: oc::Options = parse(options)?;
+    options.validate().map_err(invalid)?;
+    let scans = split(ranges.as_slice()?, &counts)?;
+    Ok(flatten(py, &py.detach(|| oc::detect_all(geometry(beams), &scans, options))))
 }
 
 /// BSC descriptors of the keypoints of a scan, 16 bytes each; `poses` is x, y, orientation, radius a keypoint.
@@ -235,6 +250,7 @@ fn describe<T>(
 /// Add the functions and classes to the module.
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(falko_detect, m)?)?;
+    m.add_function(wrap_pyfunction!(oc_detect, m)?)?;
     m.add_function(wrap_pyfunction!(bsc_describe, m)?)?;
     m.add_function(wrap_pyfunction!(cgh_describe, m)?)?;
     m.add_function(wrap_pyfunction!(associate, m)?)?;

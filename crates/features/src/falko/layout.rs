@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Beams of one scanner as the detector sees them: in index order, `step` apart.
 #[derive(Clone, Debug)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     /// Beams in use: all, or one turn of them where the last repeat the first.
     pub beams: usize,
     /// Whether beam 0 follows the last one.
@@ -52,7 +52,7 @@ impl Layout {
 ///
 /// What is no hit is NaN, so that every comparison with it fails.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PaddedRanges {
+pub(crate) struct PaddedRanges {
     values: Vec<f64>,
     margin: usize,
 }

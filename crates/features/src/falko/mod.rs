@@ -26,7 +26,7 @@
 mod batch;
 mod corner;
 mod detector;
-mod layout;
+pub(crate) mod layout;
 mod neighbourhood;
 mod options;
 mod score;
