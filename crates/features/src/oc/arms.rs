@@ -5,15 +5,15 @@ use nalgebra::Vector2;
 /// Fewest score that makes a corner, in the parts in which scores are counted: scores are compared as whole numbers.
 pub(super) const LEAST_SCORE: u64 = 1 << 20;
 
-/// Points of one side of a beam, or of both.
+/// Points of one side of a beam, or of both; as wide as a coordinate, so that counting vectorises.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Tally {
     /// Neighbours.
-    pub near: u32,
+    pub near: u64,
     /// Of them on the vertical arm.
-    pub vertical: u32,
+    pub vertical: u64,
     /// Of them on the horizontal arm.
-    pub horizontal: u32,
+    pub horizontal: u64,
 }
 
 /// What a neighbour must meet.
@@ -32,16 +32,16 @@ impl Tally {
             let (dx, dy) = (x - own.x, y - own.y);
             let near = dx * dx + dy * dy <= radius_sq;
             let (thin, flat) = (dx.abs() < gates.tolerance, dy.abs() < gates.tolerance);
-            tally.near += u32::from(near);
-            tally.vertical += u32::from(near & thin & !flat);
-            tally.horizontal += u32::from(near & flat & !thin);
+            tally.near += u64::from(near);
+            tally.vertical += u64::from(near & thin & !flat);
+            tally.horizontal += u64::from(near & flat & !thin);
         }
         tally
     }
 
     /// Score of a corner with these arms, in parts of 2^-20.
     pub fn score(&self) -> u64 {
-        let (x, y) = (u64::from(self.vertical), u64::from(self.horizontal));
+        let (x, y) = (self.vertical, self.horizontal);
         10 * (x + y) * LEAST_SCORE / (1 + 10 * x.abs_diff(y))
     }
 

@@ -21,7 +21,7 @@
 //! makes an arm); suppression is by distance, and consecutive corners of equal score are not merged; the direction is refined between the steps; a scan that goes all round wraps. The default radius
 //! exceeds `tol` enough for the arms to hold points, which that of the library does not.
 //!
-//! The spectrum is counted in 16 bits, a row of rho for theta and one for theta + pi/2 at a time, which stay in the first
+//! The spectrum is taken coarse to fine (see `spectrum`) and counted in 16 bits, a row of rho for theta and one for theta + pi/2 at a time, which stay in the first
 //! cache; the squares are summed while counting: `n^2 = sum_{k<n} (2 k + 1)`.
 //! Everything is computed in the frame of beam 0, so the keypoints do not depend on `angle_min`, to the last bit.
 //!

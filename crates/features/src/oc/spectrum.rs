@@ -1,10 +1,16 @@
-//! The direction that dominates a scan, from the ortho-spectrum of its points.
+//! The direction that dominates a scan, from the ortho-spectrum of its points, coarse to fine.
+//!
+//! The spectrum is first taken at every fourth direction with bins four times as wide, so that its peak is as many steps
+//! wide as before, then in full within four steps of the best: a quarter of the work and a little. Two directions whose
+//! energies nearly tie may be told apart otherwise than by the full spectrum.
 
 use super::Options;
 use std::f64::consts::FRAC_PI_2;
 
 /// Added to a number below 2^15, this leaves the number, rounded, in the low bits of the sum.
 const ROUNDER: f32 = 12_582_912.0;
+/// Steps, and bins, in one of the coarse level.
+const COARSE: usize = 4;
 /// Points whose bins are computed side by side.
 const BLOCK: usize = 64;
 
@@ -21,7 +27,6 @@ pub(super) struct Spectrum {
     y: Vec<f32>,
     /// Bins of rho for theta, and for theta + pi/2.
     rows: [Vec<u16>; 2],
-    energy: Vec<u64>,
 }
 
 impl Spectrum {
@@ -42,7 +47,6 @@ impl Spectrum {
             x: Vec::new(),
             y: Vec::new(),
             rows: [row.clone(), row],
-            energy: Vec::new(),
         }
     }
 
@@ -51,14 +55,23 @@ impl Spectrum {
     /// Points that are NaN or farther than `rho_max` do not vote.
     pub fn dominant(&mut self, x: &[f64], y: &[f64]) -> f64 {
         self.load(x, y);
-        self.energy.clear();
-        for k in 0..self.directions.len() {
-            let energy = self.energy_at(k);
-            self.energy.push(energy);
-        }
-        let best = (0..self.energy.len()).max_by_key(|&k| (self.energy[k], std::cmp::Reverse(k))).unwrap_or(0);
+        let n = self.directions.len();
+        let best = match self.best_of((0..n).step_by(COARSE), 1.0 / COARSE as f32) {
+            coarse if n > 4 * COARSE => self.best_of((n - COARSE..=n + COARSE).map(|k| (coarse + k) % n), 1.0),
+            _ => self.best_of(0..n, 1.0),
+        };
         let step = FRAC_PI_2 / self.directions.len() as f64;
         ((best as f64 + self.peak_offset(best)) * step).rem_euclid(FRAC_PI_2)
+    }
+
+    /// Of the given directions the one with most energy, the first of equals; bins are scaled.
+    fn best_of(&mut self, directions: impl Iterator<Item = usize>, scale: f32) -> usize {
+        let mut best = (0, 0);
+        for k in directions {
+            let energy = self.energy_at(k, scale);
+            best = if energy > best.1 { (k, energy) } else { best };
+        }
+        best.0
     }
 
     fn load(&mut self, x: &[f64], y: &[f64]) {
@@ -73,8 +86,8 @@ impl Spectrum {
     }
 
     /// O(theta_k): the sum of the squares of the bins of both rows.
-    fn energy_at(&mut self, k: usize) -> u64 {
-        let (cos, sin) = self.directions[k];
+    fn energy_at(&mut self, k: usize, scale: f32) -> u64 {
+        let (cos, sin) = (scale * self.directions[k].0, scale * self.directions[k].1);
         let zero = self.half + 1.0 + ROUNDER;
         let [along, across] = &mut self.rows;
         along.fill(0);
@@ -93,9 +106,9 @@ impl Spectrum {
     }
 
     /// Where the top of the parabola through a value and its neighbours around the circle lies, in steps.
-    fn peak_offset(&self, best: usize) -> f64 {
-        let n = self.energy.len();
-        let at = |k: usize| self.energy[k % n] as f64;
+    fn peak_offset(&mut self, best: usize) -> f64 {
+        let n = self.directions.len();
+        let mut at = |k: usize| self.energy_at(k % n, 1.0) as f64;
         let (before, here, after) = (at(best + n - 1), at(best), at(best + 1));
         let curvature = before - 2.0 * here + after;
         if n >= 3 && curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
@@ -139,8 +152,9 @@ mod tests {
         let (x, y): (Vec<f64>, Vec<f64>) = near.iter().map(|&i| (x[i], y[i])).unzip();
         let options = Options::default();
         let mut spectrum = Spectrum::new(&options);
-        spectrum.dominant(&x, &y);
-        for (fast, slow) in spectrum.energy.iter().zip(by_definition(&x, &y, &options)) {
+        spectrum.load(&x, &y);
+        for (k, slow) in by_definition(&x, &y, &options).into_iter().enumerate() {
+            let fast = spectrum.energy_at(k, 1.0);
             assert!(fast.abs_diff(slow) <= 4, "{fast} {slow}"); // a point on the border of two bins, in 32 bits
         }
     }
@@ -159,7 +173,10 @@ mod tests {
             let (x, y): (Vec<f64>, Vec<f64>) = (0..400)
                 .map(|i| wall(f64::from(i % 2), f64::from(i) / 50.0 - 4.0, if i % 4 < 2 { 3.0 } else { -2.5 }))
                 .unzip();
-            let found = Spectrum::new(&options).dominant(&x, &y);
+            let mut spectrum = Spectrum::new(&options);
+            let found = spectrum.dominant(&x, &y);
+            let full = spectrum.best_of(0..spectrum.directions.len(), 1.0);
+            assert!(((found / options.angle_step - full as f64 + 90.0).rem_euclid(180.0) - 90.0).abs() <= 0.5);
             let error = (found - truth + 0.25 * FRAC_PI_2).rem_euclid(FRAC_PI_2) - 0.25 * FRAC_PI_2;
             assert!(error.abs() < 0.004, "{truth} {error}");
         }
