@@ -62,7 +62,8 @@ class Views:
         """Return whether points (P,) at ranges [m] and bearings [rad] are visible for scans (P,)."""
         beam = self.beams(scan, phi)
         reached = (rho >= self._nearest[scan]) & (rho <= self._farthest[scan])
-        return (beam >= 0) & reached & (self._longest[scan, beam] >= rho - MARGIN)
+        visible: Mask = (beam >= 0) & reached & (self._longest[scan, beam] >= rho - MARGIN)
+        return visible
 
     def surface(self, scan: Indices, bearing: Array) -> Array:
         """Return the range (P,) of the surface at bearings (P,); NaN where no corner could be seen [m]."""
