@@ -34,6 +34,13 @@ ROOM = np.array([[6.0, -3], [6, 4], [-2, 4], [-2, -3]])
 """Corners of a room."""
 
 
+KEYS = {
+    *("recording", "poses", "scans_total", "scans", "scans_without_pose", "keypoints", "keypoints_per_scan", "pairs"),
+    *("repeatability", "repeatability_backward", "landmarks", "landmarks_seen_once", "ephemeral_share"),
+    *("time_per_scan_s", "threads"),
+}
+
+
 def polygon(corners: Array) -> Array:
     """Its walls (W, 2, 2)."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
@@ -164,6 +171,10 @@ def test_pairs_are_near_in_space_and_in_order(count: int, step: float, lags: ran
     assert way.pairs == sum(count - lag for lag in lags)
 
 
+def test_where_chance_finds_all_there_is_nothing_to_correct() -> None:
+    assert math.isnan(Repeatability(np.zeros(3), np.zeros(3), 1).corrected(0.1))
+
+
 def test_landmarks_are_counted_by_scans() -> None:
     points = np.array([[0.0, 0], [0.1, 0], [5, 5], [0.05, 0], [0.19, 0], [0.3, 0], [-0.01, -0.01]])
     scan = np.array([0, 0, 0, 1, 2, 3, 4])
@@ -235,7 +246,9 @@ def test_the_command_tells_figures_with_stable_names(tmp_path: Path, capsys: pyt
     figures = json.loads(capsys.readouterr().out)
     assert figures == json.loads((out / "features.json").read_text("utf-8"))
     assert figures["protocol"]["every"] == 2
+    assert set(figures) == {"protocol", "falko", "recordings"}
     (room,) = figures["recordings"]
+    assert set(room) == KEYS
     assert (room["scans_total"], room["scans"], room["scans_without_pose"]) == (12, 6, 0)
     assert (room["landmarks"], room["ephemeral_share"]) == (2, 0)
     for way in ("repeatability", "repeatability_backward"):
