@@ -29,6 +29,8 @@ use std::collections::VecDeque;
 
 /// A scan with fewer hits says nothing of where it was taken.
 const LEAST_HITS: usize = 10;
+/// A closure of which more is left after optimisation is false [m], [rad] (W. Hess et al., ICRA 2016, table IV).
+const VIOLATED: (f64, f64) = (0.2, 0.0175);
 /// Odometry counts for stamps this far beyond its ends [s].
 const SLACK: f64 = 0.3;
 
@@ -70,6 +72,8 @@ pub struct MapResult {
     pub odometry: Vec<Se2>,
     /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
     pub closures: Vec<(Closure, usize, usize)>,
+    /// Scans that were registered without odometry though there was some: it failed.
+    pub unaided: usize,
     /// Candidates with too little in common view to tell.
     pub undecided: usize,
     /// Occupancy.
@@ -265,26 +269,39 @@ impl Mapper {
         if !self.options.online {
             self.closer.revisit(&self.keyframes);
         }
-        let (mut graph, kinds) = self.graph();
-        let solution = graph.optimize(&pose_graph::Options::default())?;
-        self.reject(&solution.weights);
-        let kept = |k: &usize| solution.weights[*k] > 0.0;
-        let kept: Vec<usize> = (0..graph.edges.len()).filter(kept).collect();
-        graph = PoseGraph { nodes: solution.nodes, edges: kept.iter().map(|k| graph.edges[*k].clone()).collect() };
+        let (graph, kinds, chi_squares) = self.settle()?;
         let covariances = graph.marginals(&vec![1.0; graph.edges.len()])?;
-        let kinds = kept.iter().map(|k| kinds[*k]).collect();
-        let chi_squares = kept.iter().map(|k| solution.chi_squares[*k]).collect();
         Ok(self.assemble(graph, kinds, chi_squares, covariances))
     }
 
-    /// Marks the closures that the graph of all keyframes left out; closures are its last edges.
-    fn reject(&mut self, weights: &[f64]) {
-        let accepted = self.closer.closures.iter_mut().filter(|c| c.verdict == Verdict::Accepted);
-        for (closure, weight) in accepted.zip(&weights[self.keyframes.len() - 1..]) {
-            if *weight == 0.0 {
-                closure.verdict = Verdict::Contradicted;
+    /// Arranges the keyframes, leaving out closures until none is left that the others contradict.
+    fn settle(&mut self) -> Result<(PoseGraph, Vec<EdgeKind>, Vec<f64>), Error> {
+        loop {
+            let (mut graph, kinds) = self.graph();
+            let solution = graph.optimize(&pose_graph::Options::default())?;
+            graph.nodes = solution.nodes;
+            if self.reject(&graph.nodes, &solution.weights) == 0 {
+                return Ok((graph, kinds, solution.chi_squares));
             }
         }
+    }
+
+    /// Marks the closures that the graph of all keyframes left out or cannot meet, and counts them; closures are its last
+    /// edges.
+    fn reject(&mut self, nodes: &[Se2], weights: &[f64]) -> usize {
+        let steps = self.keyframes.len() - 1;
+        let anchors: Vec<usize> = self.closer.maps.iter().map(|m| m.keyframes.start).collect();
+        let accepted = self.closer.closures.iter_mut().filter(|c| c.verdict == Verdict::Accepted);
+        let mut rejected = 0;
+        for (closure, weight) in accepted.zip(&weights[steps..]) {
+            let (metres, radians) =
+                closure.residual(&nodes[anchors[closure.from]].between(&nodes[anchors[closure.to]]));
+            if *weight == 0.0 || metres > VIOLATED.0 || radians > VIOLATED.1 {
+                closure.verdict = Verdict::Contradicted;
+                rejected += 1;
+            }
+        }
+        rejected
     }
 
     /// The graph of all keyframes: steps and closures.
@@ -348,6 +365,7 @@ impl Mapper {
             weak: weak_spots(&self.keyframes, &graph.nodes),
             local_maps: self.closer.maps.len(),
             offset: (offset.pose(), offset.sigmas()),
+            unaided: self.tracker.unaided(),
             undecided: self.closer.closures.iter().filter(|c| c.verdict == Verdict::TooLittle).count(),
             closures: self
                 .closer

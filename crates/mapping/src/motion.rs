@@ -42,6 +42,13 @@ const SPAN: (f64, usize) = (0.9, 3);
 const LOOK_BACK: usize = 8;
 /// Longest time for which a velocity goes on [s].
 const GOES_ON: f64 = 4.0;
+/// Share of a new error in the running means; errors count up to `MOST_ERROR`, turns at `LEVER` [m].
+const COMPARING: f64 = 0.05;
+const MOST_ERROR: f64 = 0.3;
+const LEVER: f64 = 0.5;
+/// Odometry fails from this root-mean-square error [m], if it is this many times that of a going-on velocity.
+const FAILING: f64 = 0.05;
+const WORSE: f64 = 2.5;
 /// Scans remembered at most.
 const MEMORY: usize = 32;
 
@@ -49,12 +56,14 @@ const MEMORY: usize = 32;
 #[derive(Clone, Debug)]
 pub struct MotionModel {
     factor: f64,
+    /// Running mean squared errors of odometry and of a going-on velocity [m^2].
+    errors: (f64, f64),
     recent: VecDeque<(f64, Se2)>,
 }
 
 impl Default for MotionModel {
     fn default() -> Self {
-        Self { factor: 1.0, recent: VecDeque::new() }
+        Self { factor: 1.0, errors: (0.0, 0.0), recent: VecDeque::new() }
     }
 }
 
@@ -110,6 +119,22 @@ impl MotionModel {
         }
     }
 
+    /// Compares what odometry and a going-on velocity foretold with a pose that a scan confirmed.
+    pub fn compare(&mut self, odometry: &Prior, velocity: &Prior, pose: &Se2) {
+        let error_sq = |prior: &Prior| {
+            let e = prior.pose.between(pose);
+            (e.translation.norm_squared() + (LEVER * e.theta()).powi(2)).min(MOST_ERROR * MOST_ERROR)
+        };
+        self.errors.0 += COMPARING * (error_sq(odometry) - self.errors.0);
+        self.errors.1 += COMPARING * (error_sq(velocity) - self.errors.1);
+    }
+
+    /// Whether odometry foretells the poses so badly that a going-on velocity does far better: it is dead or worse.
+    #[must_use]
+    pub fn odometry_fails(&self) -> bool {
+        self.errors.0 > FAILING * FAILING && self.errors.0 > WORSE * WORSE * self.errors.1
+    }
+
     /// Learns from a pose that a scan confirmed.
     pub fn learn(&mut self, prior: &Prior, pose: &Se2, information: &Matrix3<f64>) {
         let Some(spread) = (information + Matrix3::identity() * 1e-3).try_inverse() else { return };
@@ -158,6 +183,23 @@ mod tests {
             assert_eq!(model.factor() == ODOMETRY_FACTOR.0, trusted, "{}", model.factor());
             assert!(trusted || model.factor() > 3.0);
         }
+    }
+
+    #[test]
+    fn dead_odometry_is_found_out_and_one_jump_is_not_death() {
+        let mut model = MotionModel::default();
+        let (mut pose, step) = (Se2::IDENTITY, Se2::new(0.12, 0.0, 0.02));
+        for k in 0..200 {
+            let dead = k >= 60;
+            let increment = if dead { Se2::IDENTITY } else { step };
+            let jump = if k == 30 { Se2::new(0.9, 0.0, 1.4) } else { increment };
+            let priors = (model.from_odometry(&pose, &jump), model.from_velocity(&pose, 0.2));
+            pose = pose * step;
+            model.observe(0.2 * f64::from(k), &pose);
+            model.compare(&priors.0, &priors.1, &pose);
+            assert!(dead || k < 10 || k == 30 || !model.odometry_fails() || k < 45, "{k}");
+        }
+        assert!(model.odometry_fails());
     }
 
     #[test]

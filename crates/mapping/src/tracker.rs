@@ -32,6 +32,10 @@ const SURPRISE: f64 = 16.0;
 /// such a step [m], [rad].
 const LOST: f64 = 0.35;
 const TORN: (f64, f64) = (0.5, 0.8);
+/// What a velocity that is taken to go on counts for, as a share of its information.
+const GUESS: f64 = 0.05;
+/// Information on a direction of the position below this share of that on the other is but a trace of noise.
+const TRACE: f64 = 0.01;
 /// How likely it is that, of a scan and odometry that contradict each other, the scan is wrong.
 const WRONG_WAY: f64 = 0.05;
 /// What a point that was seen through adds to the negative log posterior of a pose, and how many keyframes are asked.
@@ -86,6 +90,8 @@ pub struct Tracker {
     /// Covariance gathered since the last keyframe.
     since: Matrix3<f64>,
     usual_share: f64,
+    /// Scans for which there was odometry that failed.
+    unaided: usize,
     /// The track was lost, with nothing to bridge the gap, since the last keyframe.
     torn: bool,
     last_keyframe: Option<(Se2, usize)>,
@@ -104,28 +110,36 @@ impl Tracker {
         &self.offset
     }
 
+    /// Scans that were registered without odometry though there was some: it failed.
+    #[must_use]
+    pub fn unaided(&self) -> usize {
+        self.unaided
+    }
+
     /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
     pub fn step(&mut self, stamp: f64, view: PolarView, increment: Option<Se2>, keyframes: &mut Vec<Keyframe>) -> Step {
         let Some(last) = self.pose else {
             return self.begin(stamp, view, keyframes);
         };
         let seconds = stamp - self.stamp;
-        let prior = match increment {
-            Some(u) => self.model.from_odometry(&last, &self.offset.apply(&u)),
-            None => self.model.from_velocity(&last, seconds),
-        };
+        let coasting = self.model.from_velocity(&last, seconds);
+        let rolling = increment.map(|u| self.model.from_odometry(&last, &self.offset.apply(&u)));
+        let alone = rolling.is_none() || self.model.odometry_fails();
+        self.unaided += usize::from(alone && rolling.is_some());
+        let prior = rolling.clone().filter(|_| !alone).unwrap_or_else(|| coasting.clone());
         let found = self.register(&view, &prior, &last, seconds, keyframes);
         let surprised = prior.distance_sq(&found.pose) > SURPRISE;
         let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
         if good {
             self.model.learn(&prior, &found.pose, &found.information);
-            if let Some(u) = increment {
+            if let (Some(u), Some(rolling)) = (increment, &rolling) {
+                self.model.compare(rolling, &coasting, &found.pose);
                 self.offset.learn(&u, &last.between(&found.pose), weakest(&found.information).0);
             }
             self.usual_share += 0.05 * (found.share - self.usual_share);
         }
-        let torn = increment.is_none() && found.share < LOST;
-        self.advance(stamp, &found, &prior, surprised);
+        let torn = alone && found.share < LOST;
+        self.advance(stamp, &found, &prior, surprised, alone);
         if torn {
             self.since += Matrix3::from_diagonal(&Vector3::new(TORN.0 * TORN.0, TORN.0 * TORN.0, TORN.1 * TORN.1));
             self.torn = true;
@@ -209,11 +223,21 @@ impl Tracker {
         starts
     }
 
-    fn advance(&mut self, stamp: f64, found: &Alignment, prior: &Prior, distrust: bool) {
+    /// Takes the pose over. Of what the scan does not hold, odometry bears witness; a velocity that is taken to go on
+    /// (`alone`) hardly does, and neither does the little that noise in the normals of a corridor seems to tell.
+    fn advance(&mut self, stamp: f64, found: &Alignment, prior: &Prior, distrust: bool, alone: bool) {
         let last = self.pose.unwrap_or(Se2::IDENTITY);
         let moved = last.between(&found.pose);
-        let believed = if distrust { prior.information * 0.01 } else { prior.information };
-        let mut spread = (found.information + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let believed = prior.information
+            * if distrust {
+                0.01
+            } else if alone {
+                GUESS
+            } else {
+                1.0
+            };
+        let seen = if alone { without_traces(&found.information) } else { found.information };
+        let mut spread = (seen + believed).try_inverse().unwrap_or_else(Matrix3::zeros);
         if distrust {
             let e = prior.pose.minus(&found.pose);
             spread += e * e.transpose() * WRONG_WAY;
@@ -323,6 +347,19 @@ fn choose(mut found: Vec<Alignment>) -> Alignment {
         best.information = (covariance + scatter).try_inverse().unwrap_or(best.information);
     }
     best
+}
+
+/// The information without what it seems to know of a direction of the position that it hardly knows.
+fn without_traces(information: &Matrix3<f64>) -> Matrix3<f64> {
+    let position = information.fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
+    let weak = usize::from(position.eigenvalues[0] > position.eigenvalues[1]);
+    if position.eigenvalues[weak] > TRACE * position.eigenvalues[1 - weak] {
+        return *information;
+    }
+    let along = position.eigenvectors.column(weak);
+    let keep =
+        Matrix3::identity() - Vector3::new(along[0], along[1], 0.0) * Vector3::new(along[0], along[1], 0.0).transpose();
+    keep * information * keep
 }
 
 /// Standard deviation along the weakest direction of the position [m] and that direction [rad].

@@ -117,6 +117,7 @@ fn to_dict(py: Python<'_>, r: MapResult) -> PyResult<Bound<'_, PyDict>> {
     weak(&out, &r)?;
     out.set_item("local_maps", r.local_maps)?;
     out.set_item("undecided", r.undecided)?;
+    out.set_item("unaided", r.unaided)?;
     let (offset, sigmas) = r.offset;
     out.set_item("offset", (offset.x(), offset.y(), offset.theta()))?;
     out.set_item("offset_sigmas", (sigmas.x, sigmas.y, sigmas.z))?;

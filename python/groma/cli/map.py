@@ -151,6 +151,8 @@ def _tell(result: MapResult, drive: Drive, directory: Path) -> None:
     offset = _offset_note(result.counts)
     for note in [*drive.notes, *drive.recording.notes.lines(), *([offset] if offset else [])]:
         print(f"note: {note}", file=sys.stderr)
+    if failed := int(result.counts["scans_whose_odometry_failed"]):
+        print(f"note: odometry foretold {failed} scans so badly that it was left out there", file=sys.stderr)
     for reason, count in drive.skipped.items():
         print(f"skipped: {count} {reason}", file=sys.stderr)
     print(verdict(result))
