@@ -89,8 +89,9 @@ def associate(
     a: NDArray[np.float64],
     b: NDArray[np.float64],
     compatible: NDArray[np.bool_] | None,
+    method: str,
     options: str,
-) -> list[tuple[tuple[float, float, float], list[tuple[int, int]], list[float], float]]: ...
+) -> tuple[list[tuple[tuple[float, float, float], list[tuple[int, int]], list[float], float]], bool]: ...
 def rigid_fit(
     a: NDArray[np.float64], b: NDArray[np.float64], least_sigma: float
 ) -> tuple[tuple[float, float, float], list[float], float] | None: ...

@@ -17,6 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from groma import _core
+from groma.association import Motion as Motion
+from groma.association import associate as associate
+from groma.association import rigid_fit as rigid_fit
+from groma.association import to_points
 from groma.feature_options import AssociationOptions, FalkoOptions, GlarotOptions, OcOptions
 from groma.models import BeamGeometry
 
@@ -221,7 +225,7 @@ class Signature:
     """
 
     def __init__(self, points: ArrayLike, **options: Unpack[GlarotOptions]) -> None:
-        self._core = _core.GlarotSignature(_points("points", points), json.dumps(options))
+        self._core = _core.GlarotSignature(to_points("points", points), json.dumps(options))
 
     def distance(self, other: Signature) -> tuple[float, float]:
         """Distance, 0 to 1, and the rotation that takes the points of self onto those of other, modulo pi [rad]."""
@@ -262,86 +266,6 @@ class SignatureIndex:
         return self._core.query(signature._core, k, mask)
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """A rigid motion between two sets of points."""
-
-    transform: Array
-    """(3,) ``T_a_b`` as x, y, theta."""
-    covariance: Array
-    """(3, 3) of the perturbation ``T_a_b * exp(xi)``."""
-    pairs: NDArray[np.int64]
-    """(P, 2) index of a, index of b; each at most once."""
-    rms: float
-    """Root mean square distance of the pairs [m]."""
-
-
-def associate(
-    a: ArrayLike, b: ArrayLike, compatible: ArrayLike | None = None, **options: Unpack[AssociationOptions]
-) -> list[Motion]:
-    """Find the motions that put most landmarks of b onto landmarks of a, without a first guess.
-
-    Parameters
-    ----------
-    a, b
-        (N, 2) and (M, 2) landmarks [m].
-    compatible
-        (N, M) mask of the pairs that may be formed, from descriptors say; all when left out.
-    **options
-        See :class:`AssociationOptions`.
-
-    Returns
-    -------
-    list
-        Motions that differ, most pairs first; empty when nothing pairs ``min_pairs``.
-
-    Raises
-    ------
-    ValueError
-        If an option is unknown or out of its range, points are not (N, 2) and finite, or the mask is not (N, M).
-    """
-    of_a, of_b = _points("a", a), _points("b", b)
-    mask = None if compatible is None else np.ascontiguousarray(compatible, dtype=np.bool_)
-    if mask is not None and mask.shape != (len(of_a), len(of_b)):
-        raise ValueError(f"compatible has shape {mask.shape}: it must be {(len(of_a), len(of_b))}")
-    found = _core.associate(of_a, of_b, mask, json.dumps(options))
-    return [_motion(x, covariance, np.array(pairs), rms) for x, pairs, covariance, rms in found]
-
-
-def rigid_fit(a: ArrayLike, b: ArrayLike, least_sigma: float = 0.01) -> Motion | None:
-    """Fit the rigid motion that takes points b onto points a, row by row, by least squares.
-
-    Parameters
-    ----------
-    a, b
-        (N, 2) points [m].
-    least_sigma
-        Least standard deviation of a coordinate of a pair, for the covariance [m].
-
-    Returns
-    -------
-    Motion or None
-        None for fewer than two pairs or points b that coincide.
-
-    Raises
-    ------
-    ValueError
-        If the points are not (N, 2), finite and as many.
-    """
-    of_a, of_b = _points("a", a), _points("b", b)
-    if len(of_a) != len(of_b):
-        raise ValueError(f"a has {len(of_a)} points and b {len(of_b)}: they must be paired")
-    fit = _core.rigid_fit(of_a, of_b, least_sigma)
-    rows = np.repeat(np.arange(len(of_a))[:, None], 2, axis=1)
-    return None if fit is None else _motion(fit[0], fit[1], rows, fit[2])
-
-
-def _motion(
-    transform: tuple[float, float, float], covariance: list[float], pairs: NDArray[np.int64], rms: float
-) -> Motion:
-    return Motion(np.array(transform), np.array(covariance).reshape(3, 3), pairs, rms)
-
-
 def _beams(geometry: BeamGeometry) -> tuple[float, float, float, float]:
     return geometry.angle_min, geometry.angle_increment, geometry.range_min, geometry.range_max
 
@@ -355,12 +279,4 @@ def _vector(name: str, values: ArrayLike) -> Array:
     array = np.ascontiguousarray(values, dtype=np.float64)
     if array.ndim != 1:
         raise ValueError(f"{name} has shape {array.shape}: it must have one dimension")
-    return array
-
-
-def _points(name: str, values: ArrayLike) -> Array:
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    array = array.reshape(-1, 2) if array.size == 0 else array
-    if array.ndim != 2 or array.shape[1] != 2 or not np.isfinite(array).all():
-        raise ValueError(f"{name} has shape {array.shape}: it must be (N, 2) and finite")
     return array

@@ -132,22 +132,25 @@ impl GlarotIndex {
 /// A motion: x, y, theta; its pairs; the covariance by rows; root mean square distance.
 type Motion = ([f64; 3], Vec<(usize, usize)>, Vec<f64>, f64);
 
-/// The motions between two sets of landmarks; `compatible` is a mask over (of a, of b).
+/// The motions between two sets of landmarks, and whether the search ran to its end; `compatible` is a mask over
+/// (of a, of b), `method` and `options` are JSON.
 #[pyfunction]
 fn associate(
     py: Python<'_>,
     a: PyReadonlyArray2<'_, f64>,
     b: PyReadonlyArray2<'_, f64>,
     compatible: Option<PyReadonlyArray2<'_, bool>>,
+    method: &str,
     options: &str,
-) -> PyResult<Vec<Motion>> {
+) -> PyResult<(Vec<Motion>, bool)> {
+    let method: association::Method = parse(method)?;
     let options: association::Options = parse(options)?;
     options.validate().map_err(invalid)?;
     let (a, b) = (to_points(&a), to_points(&b));
     let mask = compatible.as_ref().map(|c| c.as_array());
     let allowed = |i: usize, j: usize| mask.is_none_or(|m| m.get((i, j)).copied().unwrap_or(false));
-    let found = py.detach(|| association::associate_compatible(&a, &b, &options, allowed));
-    Ok(found.into_iter().map(motion).collect())
+    let found = py.detach(|| association::associate_by(&method, &a, &b, &options, allowed));
+    Ok((found.hypotheses.into_iter().map(motion).collect(), found.complete))
 }
 
 /// The rigid motion between paired points: x, y, theta; covariance by rows; root mean square distance.

@@ -11,15 +11,23 @@
 //! 5. keep the best that differ
 //! ```
 //!
+//! Other ways to such motions are a [`Method`] each, a file each, and end in the same step 4 and 5: [`associate_by`].
+//!
 //! RANSAC over pairs (Fischler, Bolles 1981), made exhaustive, hence deterministic: no seed. Mirror images cannot occur.
 //! Assumes points with errors well below the tolerance. Says nothing of how likely a false match is: check the number of
 //! pairs, and verify with the scans.
 
+mod clique;
+mod hough;
+mod method;
+mod nearest;
 mod options;
+mod ransac;
 mod search;
 mod segments;
 mod verify;
 mod votes;
 
+pub use method::{Found, Method, associate_by};
 pub use options::Options;
 pub use search::{Hypothesis, associate, associate_compatible};

@@ -40,19 +40,22 @@ pub fn associate_compatible(
     options: &Options,
     compatible: impl Fn(usize, usize) -> bool,
 ) -> Vec<Hypothesis> {
-    let finite = |points: &[Vector2<f64>]| points.iter().all(|p| p.x.is_finite() && p.y.is_finite());
-    if a.is_empty() || b.is_empty() || !finite(a) || !finite(b) {
-        return Vec::new();
-    }
-    let middle = b.iter().sum::<Vector2<f64>>() / b.len() as f64;
+    let Some(middle) = middle(a, b) else { return Vec::new() };
     let motions = equal_segments(a, b, options, |e| e.is_allowed(&compatible).then(|| motion(e, a, b)));
     let ranked = rank(&motions, middle, a, b, options);
     let search = Search { options, middle, sets: Sets::new(a, b, compatible) };
     search.refine(&ranked)
 }
 
+/// The middle of b; none where either set is empty or not finite.
+pub(super) fn middle(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> Option<Vector2<f64>> {
+    let finite = |points: &[Vector2<f64>]| points.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+    let usable = !a.is_empty() && !b.is_empty() && finite(a) && finite(b);
+    usable.then(|| b.iter().sum::<Vector2<f64>>() / b.len() as f64)
+}
+
 /// The motion that puts a segment of b onto one of a, middle on middle.
-fn motion(equal: &Equal, a: &[Vector2<f64>], b: &[Vector2<f64>]) -> Se2 {
+pub(super) fn motion(equal: &Equal, a: &[Vector2<f64>], b: &[Vector2<f64>]) -> Se2 {
     let [(a0, b0), (a1, b1)] = equal.pairs();
     let (u, v) = (a[a1] - a[a0], b[b1] - b[b0]);
     let scale = 1.0 / (equal.a.length * equal.b.length);
@@ -80,16 +83,17 @@ fn rank(
     ranked
 }
 
-struct Search<'a, F> {
-    options: &'a Options,
+/// Refines motions and tells them apart.
+pub(super) struct Search<'a, F> {
+    pub options: &'a Options,
     /// Middle of b, where motions are compared.
-    middle: Vector2<f64>,
-    sets: Sets<'a, F>,
+    pub middle: Vector2<f64>,
+    pub sets: Sets<'a, F>,
 }
 
 impl<F: Fn(usize, usize) -> bool> Search<'_, F> {
     /// Refine the ranked motions, each once, and keep the best that differ.
-    fn refine(&self, ranked: &[(usize, Se2)]) -> Vec<Hypothesis> {
+    pub fn refine(&self, ranked: &[(usize, Se2)]) -> Vec<Hypothesis> {
         let (mut tried, mut found): (Vec<Se2>, Vec<Hypothesis>) = (Vec::new(), Vec::new());
         for (_, motion) in ranked {
             if tried.len() >= TRIES * self.options.max_hypotheses {

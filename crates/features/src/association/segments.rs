@@ -33,7 +33,7 @@ impl Equal {
 }
 
 /// All segments of a set with a length in the band, shortest first.
-fn segments(points: &[Vector2<f64>], options: &Options) -> Vec<Segment> {
+pub(super) fn segments(points: &[Vector2<f64>], options: &Options) -> Vec<Segment> {
     let band = options.min_length..=options.max_length;
     let mut all = Vec::with_capacity(points.len() * points.len() / 2);
     for (to, q) in points.iter().enumerate() {
