@@ -122,6 +122,14 @@ def test_signatures_find_the_place_and_its_turn() -> None:
     assert found[1] == index.query(features.Signature(seen), 3, allowed)[0]
 
 
+def test_a_signature_can_be_compared_without_a_turn() -> None:
+    corridor = np.column_stack([np.arange(8.0), np.zeros(8)])
+    along, across = features.Signature(corridor), features.Signature(corridor[:, ::-1])
+    assert along.distance(across)[0] < 0.02
+    assert along.distance_unturned(across) > 0.95
+    assert along.distance_unturned(features.Signature(corridor + np.array([30, -5]))) < 0.02
+
+
 def test_association_recovers_the_motion() -> None:
     rng = np.random.default_rng(8)
     truth = (4.0, -2.0, 2.2)

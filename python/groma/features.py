@@ -231,6 +231,10 @@ class Signature:
         """Distance, 0 to 1, and the rotation that takes the points of self onto those of other, modulo pi [rad]."""
         return self._core.distance(other._core)
 
+    def distance_unturned(self, other: Signature) -> float:
+        """Distance, 0 to 1, without turning either (GLARE): for maps whose headings are known."""
+        return self._core.distance_unturned(other._core)
+
 
 class SignatureIndex:
     """Signatures, of which the nearest to a given one are found exactly."""

@@ -93,6 +93,11 @@ impl GlarotSignature {
     fn distance(&self, other: &Self) -> (f64, f64) {
         self.0.distance(&other.0)
     }
+
+    /// Distance 0 to 1 without turning either.
+    fn distance_unturned(&self, other: &Self) -> f64 {
+        self.0.distance_unturned(&other.0)
+    }
 }
 
 /// Signatures, searched exactly.

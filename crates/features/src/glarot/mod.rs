@@ -12,11 +12,12 @@
 //! d is the share of the pairs that have no counterpart, 0 to 1.
 //!
 //! Source: Kallasi, Rizzini, "Efficient loop closure based on FALKO lidar features", IROS 2016; the histogram without
-//! rotation invariance is GLARE (Himstedt et al. 2014).
+//! rotation invariance is GLARE (Himstedt et al. 2014): [`Signature::distance_unturned`].
 //!
 //! Sums are of integers, so the order of the landmarks does not matter, to the last bit. Pairs beyond `rho_max` do not
 //! count. Landmarks are not weighted and their kind is not looked at.
 
+mod glare;
 mod index;
 mod kernel;
 mod options;

@@ -77,12 +77,14 @@ impl Signature {
         ((shift as f64 + offset) * PI / n as f64).rem_euclid(PI)
     }
 
-    fn is_comparable(&self, other: &Self) -> bool {
+    /// Whether both have pairs, over the same bins.
+    pub(super) fn is_comparable(&self, other: &Self) -> bool {
         let same_bins = self.n_theta == other.n_theta && self.n_rho == other.n_rho;
         same_bins && !self.is_empty() && !other.is_empty()
     }
 
-    fn at_shift(&self, other: &Self, shift: usize) -> u16 {
+    /// Sum of absolute differences at one shift.
+    pub(super) fn at_shift(&self, other: &Self, shift: usize) -> u16 {
         let cut = shift * self.n_rho;
         let (low, high) = self.bins.split_at(self.bins.len() - cut);
         l1(low, &other.bins[cut..]) + l1(high, &other.bins[..cut])
