@@ -5,6 +5,7 @@ pub mod closure;
 pub mod keyframe;
 pub mod landmarks;
 pub mod local_map;
+pub mod map_result;
 pub mod mapper;
 pub mod motion;
 pub mod occupancy;

@@ -2,7 +2,8 @@
 
 use groma_geometry::Se2;
 use groma_mapping::closure::Verdict;
-use groma_mapping::mapper::{EdgeKind, MapResult, Mapper as Core, Skipped};
+use groma_mapping::map_result::{EdgeKind, MapResult};
+use groma_mapping::mapper::{Mapper as Core, Skipped};
 use groma_mapping::options::Options;
 use groma_mapping::weak::Reason;
 use groma_models::{BeamGeometry, Cell, LaserScan, Odometry};

@@ -2,7 +2,8 @@
 
 use groma_geometry::Se2;
 use groma_mapping::closure::{Closure, Verdict};
-use groma_mapping::mapper::{MapResult, Mapper};
+use groma_mapping::map_result::MapResult;
+use groma_mapping::mapper::Mapper;
 use groma_mapping::options::Options;
 use groma_models::Odometry;
 use groma_simulation::drive::{Limits, Route, WheelErrors};

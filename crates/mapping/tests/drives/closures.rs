@@ -6,7 +6,7 @@
 use crate::building::{closures, drive, map, mount, scenario, truth, worst, worst_closure};
 use groma_geometry::Se2;
 use groma_mapping::closure::{Closure, Verdict};
-use groma_mapping::mapper::MapResult;
+use groma_mapping::map_result::MapResult;
 use groma_simulation::drive::{Route, WheelErrors};
 use groma_simulation::world::{FURNITURE, WALL, World};
 use groma_simulation::{Scanner, Scenario, Simulated};

@@ -2,7 +2,7 @@
 
 use crate::building::{around, drive, hall, map, mount, scenario, truth, without_noise, worst, worst_closure};
 use groma_geometry::Se2;
-use groma_mapping::mapper::MapResult;
+use groma_mapping::map_result::MapResult;
 use groma_models::Odometry;
 use groma_simulation::{Scanner, Scenario, Simulated};
 
