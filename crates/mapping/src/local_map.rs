@@ -76,11 +76,6 @@ impl LocalMap {
         })
     }
 
-    /// Drops the search field, to be made again when asked for.
-    pub fn forget_field(&mut self) {
-        self.field = OnceLock::new();
-    }
-
     /// Smallest distance between the paths of two maps, `other` placed at `t_self_other` [m].
     #[must_use]
     pub fn path_distance(&self, other: &Self, t_self_other: &Se2) -> f64 {

@@ -94,7 +94,7 @@ pub struct Tracker {
     unaided: usize,
     /// The track was lost, with nothing to bridge the gap, since the last keyframe.
     torn: bool,
-    last_keyframe: Option<(Se2, usize)>,
+    last_keyframe: Option<Se2>,
 }
 
 impl Tracker {
@@ -262,7 +262,7 @@ impl Tracker {
         surprised: bool,
         keyframes: &mut Vec<Keyframe>,
     ) -> Step {
-        let Some((last, _)) = self.last_keyframe else {
+        let Some(last) = self.last_keyframe else {
             return Step { pose: found.pose, is_keyframe: false, finished: None };
         };
         let moved = last.between(&found.pose);
@@ -290,7 +290,7 @@ impl Tracker {
             map.surfaces.insert(&view.scan, &map.anchor.between(&tracked));
         }
         self.since = Matrix3::zeros();
-        self.last_keyframe = Some((tracked, keyframes.len()));
+        self.last_keyframe = Some(tracked);
         let torn = std::mem::take(&mut self.torn);
         keyframes.push(Keyframe { stamp, tracked, view, corners: Vec::new(), step, weakest, share, surprised, torn });
     }
