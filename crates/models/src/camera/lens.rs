@@ -1,0 +1,132 @@
+//! The lens models and what they have in common.
+//!
+//! A lens takes a point to a distorted direction m in the plane z = 1. All radial-tangential models are one formula with
+//! some coefficients held at zero ([`super::brown`]); the fisheye model is [`super::equidistant`].
+//!
+//! | lens | parameters after fx fy cx cy | OpenCV, ROS | Kalibr |
+//! |---|---|---|---|
+//! | pinhole | | plumb_bob, zeros | pinhole-none |
+//! | radtan | k1 k2 p1 p2 | plumb_bob, k3 = 0 | pinhole-radtan |
+//! | plumb_bob | k1 k2 p1 p2 k3 | plumb_bob | |
+//! | rational | k1 k2 p1 p2 k3 k4 k5 k6 | rational_polynomial | |
+//! | equidistant | k1 k2 k3 k4 | fisheye, equidistant | pinhole-equi |
+
+use super::{brown, equidistant};
+use nalgebra::{Matrix2x3, SMatrix, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// Coefficients of any lens, padded with zeros.
+pub(super) type Coefficients = [f64; 8];
+
+/// A lens model.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Lens {
+    /// No distortion.
+    Pinhole,
+    /// Radial of order 4 with tangential: Kalibr's `radtan`.
+    Radtan,
+    /// Radial of order 6 with tangential: five coefficients, OpenCV's default.
+    PlumbBob,
+    /// Rational: a quotient of polynomials of order 6, with tangential.
+    Rational,
+    /// Fisheye, Kannala and Brandt: the image radius is a polynomial of the angle.
+    Equidistant,
+}
+
+/// The direction that a lens makes of a point, with derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Distorted {
+    pub direction: Vector2<f64>,
+    pub by_point: Matrix2x3<f64>,
+    pub by_coefficients: SMatrix<f64, 2, 8>,
+}
+
+const NAMES: [&str; 12] = ["fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+const EQUIDISTANT_NAMES: [&str; 8] = ["fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"];
+
+impl Lens {
+    /// All lens models.
+    pub const ALL: [Self; 5] = [Self::Pinhole, Self::Radtan, Self::PlumbBob, Self::Rational, Self::Equidistant];
+
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pinhole => "pinhole",
+            Self::Radtan => "radtan",
+            Self::PlumbBob => "plumb_bob",
+            Self::Rational => "rational",
+            Self::Equidistant => "equidistant",
+        }
+    }
+
+    /// Names of the parameters of a camera with this lens, in order.
+    #[must_use]
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Pinhole => &NAMES[..4],
+            Self::Radtan => &NAMES[..8],
+            Self::PlumbBob => &NAMES[..9],
+            Self::Rational => &NAMES,
+            Self::Equidistant => &EQUIDISTANT_NAMES,
+        }
+    }
+
+    /// The coefficients, padded.
+    pub(super) fn coefficients(self, given: &[f64]) -> Coefficients {
+        let mut padded = [0.0; 8];
+        padded.iter_mut().zip(given).for_each(|(k, value)| *k = *value);
+        padded
+    }
+
+    /// Up to where the image radius grows with the angle: a radius in the plane z = 1, or an angle [rad].
+    pub(super) fn limit(self, k: &Coefficients) -> f64 {
+        if self == Self::Equidistant { equidistant::limit(k) } else { brown::limit(k) }
+    }
+
+    pub(super) fn distort(self, k: &Coefficients, limit: f64, point: &Vector3<f64>) -> Option<Distorted> {
+        if self == Self::Equidistant {
+            equidistant::distort(k, limit, point)
+        } else {
+            brown::distort(k, limit, point)
+        }
+    }
+
+    pub(super) fn undistort(self, k: &Coefficients, limit: f64, m: &Vector2<f64>) -> Option<Vector3<f64>> {
+        if self == Self::Equidistant { equidistant::undistort(k, limit, m) } else { brown::undistort(k, limit, m) }
+    }
+}
+
+/// Where a slope that starts above zero first reaches it, up to `most`; `most` when it never does.
+pub(super) fn first_turn(slope: impl Fn(f64) -> f64, most: f64) -> f64 {
+    const STEPS: u32 = 400;
+    let at = |k: u32| most * (f64::from(k) / f64::from(STEPS)).powi(2);
+    let Some(k) = (1..=STEPS).find(|&k| slope(at(k)) <= 0.0) else { return most };
+    let (mut low, mut high) = (at(k - 1), at(k));
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        *(if slope(middle) > 0.0 { &mut low } else { &mut high }) = middle;
+    }
+    low
+}
+
+/// The root of a rising function in `0 ..= most`, by Newton's steps kept inside a shrinking bracket; nothing when the
+/// function does not reach zero there.
+pub(super) fn rising_root(value_and_slope: impl Fn(f64) -> (f64, f64), start: f64, most: f64) -> Option<f64> {
+    if value_and_slope(most).0 < 0.0 {
+        return None;
+    }
+    let (mut low, mut high, mut x) = (0.0, most, start.clamp(0.0, most));
+    for _ in 0..100 {
+        let (value, slope) = value_and_slope(x);
+        *(if value < 0.0 { &mut low } else { &mut high }) = x;
+        let newton = x - value / slope;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - x).abs() <= 1e-15 * (1.0 + x) {
+            return Some(next);
+        }
+        x = next;
+    }
+    Some(x)
+}
