@@ -1,5 +1,6 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
+mod camera;
 mod features;
 mod mapping;
 mod pose_graph;
@@ -9,6 +10,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    camera::register(m)?;
     features::register(m)?;
     mapping::register(m)?;
     pose_graph::register(m)?;

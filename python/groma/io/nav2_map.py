@@ -25,12 +25,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from groma.errors import UserError
 from groma.io.atomic import write_bytes, write_text
-from groma.io.table import read_bytes
+from groma.io.yaml_file import converted, read_yaml
 from groma.mapping import OccupancyGrid
 
 Grey = NDArray[np.uint8]
@@ -94,13 +92,7 @@ def _digits(value: float) -> str:
 
 
 def _read_header(path: Path) -> _Header:
-    try:
-        values = YAML(typ="safe", pure=True).load(read_bytes(path).decode(errors="replace"))
-        header = msgspec.convert(values, _Header)
-    except YAMLError as error:
-        raise UserError(f"{path}: not a yaml file: {' '.join(str(error).split())}") from error
-    except msgspec.ValidationError as error:
-        raise UserError(f"{path}: not a map: {error}") from error
+    header = converted(path, read_yaml(path), _Header, "a map")
     if not all(map(math.isfinite, (header.resolution, *header.origin))):
         raise UserError(f"{path}: resolution and origin must be finite")
     if not header.free_thresh < header.occupied_thresh:
