@@ -78,11 +78,8 @@ proptest! {
 #[test]
 fn projects_as_opencv_does() {
     let point = Vector3::new(0.3, -0.2, 1.5);
-    let known = [
-        (Lens::PlumbBob, OPENCV_PLUMB_BOB),
-        (Lens::Rational, OPENCV_RATIONAL),
-        (Lens::Equidistant, OPENCV_FISHEYE),
-    ];
+    let known =
+        [(Lens::PlumbBob, OPENCV_PLUMB_BOB), (Lens::Rational, OPENCV_RATIONAL), (Lens::Equidistant, OPENCV_FISHEYE)];
     for (lens, pixel) in known {
         assert!((camera(lens).project(&point).unwrap() - Vector2::from(pixel)).norm() < 1e-9, "{lens:?}");
     }

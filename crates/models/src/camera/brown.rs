@@ -35,8 +35,7 @@ fn radial(k: &Coefficients, s: f64) -> Radial {
     let above_slope = k1 + s * (2.0 * k2 + s * 3.0 * k3);
     let below_slope = k4 + s * (2.0 * k5 + s * 3.0 * k6);
     let powers = [s / below, s * s / below, s * s * s / below];
-    let by_coefficients =
-        [powers[0], powers[1], powers[2], -value * powers[0], -value * powers[1], -value * powers[2]];
+    let by_coefficients = [powers[0], powers[1], powers[2], -value * powers[0], -value * powers[1], -value * powers[2]];
     Radial { value, slope: (above_slope - value * below_slope) / below, by_coefficients }
 }
 

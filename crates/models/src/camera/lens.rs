@@ -86,11 +86,7 @@ impl Lens {
     }
 
     pub(super) fn distort(self, k: &Coefficients, limit: f64, point: &Vector3<f64>) -> Option<Distorted> {
-        if self == Self::Equidistant {
-            equidistant::distort(k, limit, point)
-        } else {
-            brown::distort(k, limit, point)
-        }
+        if self == Self::Equidistant { equidistant::distort(k, limit, point) } else { brown::distort(k, limit, point) }
     }
 
     pub(super) fn undistort(self, k: &Coefficients, limit: f64, m: &Vector2<f64>) -> Option<Vector3<f64>> {
