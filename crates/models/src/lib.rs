@@ -1,8 +1,11 @@
 //! The nouns of the system: values that every other crate reads and none changes behind another's back.
 
 pub mod camera;
+pub mod differential;
+pub mod drive;
 pub mod error;
 pub mod grid;
+pub mod increment;
 pub mod landmark_map;
 pub mod laser_scan;
 pub mod odometry;
@@ -10,8 +13,16 @@ pub mod target;
 
 pub use camera::{Camera, CameraSpec, Lens};
 pub use error::ModelError;
+pub mod tricycle;
+pub mod wheel_log;
+
+pub use differential::Differential;
+pub use drive::Drive;
 pub use grid::{Cell, Grid};
+pub use increment::Increment;
 pub use landmark_map::{Landmark, LandmarkMap};
 pub use laser_scan::{BeamGeometry, LaserScan};
 pub use odometry::{Odometry, OdometryTrack};
 pub use target::{Panel, Pattern, Target};
+pub use tricycle::Tricycle;
+pub use wheel_log::{WheelKind, WheelLog};
