@@ -4,8 +4,8 @@
 //! the drive wheel and the encoder of the steering at a:
 //!
 //! ```text
-//! delta = gain a + offset        offset of the direction: forward for n >= 0, backward else
 //! d     = scale n                path of the wheel [m]
+//! delta = gain a + offset        offset of the direction: forward for d >= 0, backward else
 //! u     = (d cos delta, d sin delta / wheelbase)
 //! ```
 //!
@@ -51,7 +51,7 @@ impl Tricycle {
     /// Angle of the wheel [rad] for counts of either direction.
     #[must_use]
     pub fn steering_angle(&self, counts: f64, encoder: f64) -> f64 {
-        self.gain * encoder + if counts < 0.0 { self.offset_backward } else { self.offset_forward }
+        self.gain * encoder + if self.scale * counts < 0.0 { self.offset_backward } else { self.offset_forward }
     }
 
     /// Path [m] and turn [rad] of a step: `(counts, encoder angle)`.
@@ -69,7 +69,7 @@ impl Tricycle {
         let d = self.scale * n;
         let by_angle = Vector2::new(-d * sin, d * cos / l);
         let by_counts = Vector2::new(cos, sin / l);
-        let side = if n < 0.0 { [0.0, 1.0] } else { [1.0, 0.0] };
+        let side = if d < 0.0 { [0.0, 1.0] } else { [1.0, 0.0] };
         Twist {
             value: by_counts * d,
             by_input: Matrix2::from_columns(&[by_counts * self.scale, by_angle * self.gain]),

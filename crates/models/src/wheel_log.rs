@@ -121,16 +121,24 @@ impl WheelLog {
     /// The steps from `start` to `end`, or nothing where the log does not reach or the interval is empty.
     #[must_use]
     pub fn steps(&self, start: f64, end: f64) -> Option<Vec<Step>> {
+        let mut steps = Vec::new();
+        self.append_steps(start, end, &mut steps).then_some(steps)
+    }
+
+    /// Appends the steps from `start` to `end`; returns false and appends nothing where the log does not reach or the
+    /// interval is empty.
+    pub fn append_steps(&self, start: f64, end: f64, steps: &mut Vec<Step>) -> bool {
         let (first, last) = self.span();
         if !(start >= first && end <= last && start < end) {
-            return None;
+            return false;
         }
         let after = self.time.partition_point(|&t| t <= start);
-        let before = self.time.partition_point(|&t| t < end);
+        let before = after + self.time[after..].iter().take_while(|&&t| t < end).count();
         let still = |k: usize| Knot { value: self.readings[k], slope: Vector2::zeros() };
         let mut knot = self.knot(after, start);
         let inner = (after..before).map(still).chain([self.knot(before, end)]);
-        Some(inner.map(|next| self.step(std::mem::replace(&mut knot, next), next)).collect())
+        steps.extend(inner.map(|next| self.step(std::mem::replace(&mut knot, next), next)));
+        true
     }
 
     /// The reading at a time before reading `after` and not before the one that precedes it.
