@@ -22,5 +22,5 @@ mod surroundings;
 mod test_noise;
 
 pub use keypoint::Keypoint;
-pub use options::InvalidOption;
+pub use options::{InvalidOption, require};
 pub use rigid_fit::{RigidFit, rigid_fit};

@@ -15,6 +15,9 @@ pub struct InvalidOption {
 }
 
 /// An error unless `holds`.
-pub(crate) fn require(holds: bool, name: &'static str, value: f64, rule: &'static str) -> Result<(), InvalidOption> {
+///
+/// # Errors
+/// What the setting must be, if it is not.
+pub fn require(holds: bool, name: &'static str, value: f64, rule: &'static str) -> Result<(), InvalidOption> {
     if holds { Ok(()) } else { Err(InvalidOption { name, value, rule }) }
 }

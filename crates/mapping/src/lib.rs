@@ -2,6 +2,7 @@
 
 pub mod closer;
 pub mod closure;
+mod corners;
 pub mod keyframe;
 pub mod landmarks;
 pub mod local_map;
@@ -12,6 +13,7 @@ pub mod occupancy;
 pub mod offset;
 pub mod options;
 pub mod pose_graph;
+pub mod recognition;
 pub mod tracker;
 pub mod trajectory;
 pub mod uncertainty;

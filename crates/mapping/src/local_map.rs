@@ -18,7 +18,7 @@ const VIEWS: usize = 12;
 /// Corners of two scans within this distance are one [m].
 const SAME_CORNER: f64 = 0.2;
 /// A corner counts when this many scans saw it.
-const LEAST_SEEN: usize = 2;
+const LEAST_SEEN: f64 = 2.0;
 
 /// Surfaces and corners of a stretch of drive.
 pub struct LocalMap {
@@ -36,6 +36,8 @@ pub struct LocalMap {
     pub views: Vec<(usize, Se2)>,
     /// Corners in the anchor frame.
     pub corners: Vec<Vector2<f64>>,
+    /// The unit vectors along which they open.
+    pub facing: Vec<Vector2<f64>>,
     /// GLAROT signature of the corners.
     pub signature: Signature,
     /// Measured pose of the next map's anchor in this one's frame, and its covariance; none for the last.
@@ -47,19 +49,32 @@ impl LocalMap {
     /// From what the tracker finished.
     #[must_use]
     pub fn new(finished: Finished, keyframes: &[Keyframe]) -> Self {
-        let range = finished.keyframes.clone();
-        let anchor = finished.map.anchor;
+        Self::assemble(finished.map.surfaces, finished.map.anchor, finished.keyframes, keyframes)
+    }
+
+    /// From a stretch of keyframes as the tracker placed them, in the frame of `anchor` (tracked frame).
+    #[must_use]
+    pub fn of_stretch(stretch: Range<usize>, anchor: Se2, keyframes: &[Keyframe]) -> Self {
+        let mut surfaces = SurfaceMap::default();
+        for keyframe in &keyframes[stretch.clone()] {
+            surfaces.insert(&keyframe.view.scan, &anchor.between(&keyframe.tracked));
+        }
+        Self::assemble(surfaces, anchor, stretch, keyframes)
+    }
+
+    fn assemble(surfaces: SurfaceMap, anchor: Se2, range: Range<usize>, keyframes: &[Keyframe]) -> Self {
         let pose = |k: usize| anchor.between(&keyframes[k].tracked);
-        let corners = corners(range.clone(), keyframes, &pose);
+        let (corners, facing) = corners(range.clone(), keyframes, &pose);
         let step = range.len().div_ceil(VIEWS).max(1);
         Self {
             anchor,
-            sample: finished.map.surfaces.sample(SAMPLE),
-            surfaces: finished.map.surfaces,
+            sample: surfaces.sample(SAMPLE),
+            surfaces,
             path: range.clone().map(|k| pose(k).translation).collect(),
             views: range.clone().step_by(step).map(|k| (k, pose(k))).collect(),
             signature: Signature::from_points(&corners, &glarot::Options::default()),
             corners,
+            facing,
             keyframes: range,
             next: None,
             field: OnceLock::new(),
@@ -100,21 +115,44 @@ pub fn link(a: &mut LocalMap, b: &LocalMap, keyframes: &[Keyframe]) {
     a.next = Some((a.anchor.between(&b.anchor), covariance));
 }
 
-/// Corners that at least `LEAST_SEEN` scans saw, averaged.
-fn corners(range: Range<usize>, keyframes: &[Keyframe], pose: &impl Fn(usize) -> Se2) -> Vec<Vector2<f64>> {
-    let mut found: Vec<(Vector2<f64>, usize)> = Vec::new();
+/// Corners that at least `LEAST_SEEN` scans saw, averaged, and the directions into which they open.
+fn corners(
+    range: Range<usize>,
+    keyframes: &[Keyframe],
+    pose: &impl Fn(usize) -> Se2,
+) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
+    let mut found: Vec<Sum> = Vec::new();
     for k in range {
         let at = pose(k);
         for corner in &keyframes[k].corners {
-            let p = at.act(corner.point);
-            match found.iter_mut().find(|(q, n)| (*q / *n as f64 - p).norm_squared() < SAME_CORNER * SAME_CORNER) {
-                Some((sum, n)) => {
-                    *sum += p;
-                    *n += 1;
-                }
-                None => found.push((p, 1)),
+            let point = at.act(corner.point);
+            let (sin, cos) = corner.orientation.sin_cos();
+            let facing = at.rotation.act(Vector2::new(cos, sin));
+            match found.iter_mut().find(|s| (s.mean() - point).norm_squared() < SAME_CORNER * SAME_CORNER) {
+                Some(sum) => sum.add(point, facing),
+                None => found.push(Sum { points: point, facing, scans: 1.0 }),
             }
         }
     }
-    found.iter().filter(|(_, n)| *n >= LEAST_SEEN).map(|(sum, n)| sum / *n as f64).collect()
+    let seen = found.iter().filter(|s| s.scans >= LEAST_SEEN);
+    seen.map(|s| (s.mean(), s.facing.try_normalize(0.0).unwrap_or_else(Vector2::x))).unzip()
+}
+
+/// Sums over the sights of one corner.
+struct Sum {
+    points: Vector2<f64>,
+    facing: Vector2<f64>,
+    scans: f64,
+}
+
+impl Sum {
+    fn mean(&self) -> Vector2<f64> {
+        self.points / self.scans
+    }
+
+    fn add(&mut self, point: Vector2<f64>, facing: Vector2<f64>) {
+        self.points += point;
+        self.facing += facing;
+        self.scans += 1.0;
+    }
 }

@@ -10,6 +10,7 @@
 
 use crate::closer::Closer;
 use crate::closure::Verdict;
+use crate::corners::Corners;
 use crate::keyframe::Keyframe;
 use crate::landmarks::landmarks;
 use crate::local_map::{LocalMap, link};
@@ -20,10 +21,8 @@ use crate::pose_graph::{self, Edge, PoseGraph};
 use crate::tracker::{Finished, Tracker};
 use crate::trajectory::{ahead, at_odometry_rate};
 use crate::weak::weak_spots;
-use groma_features::Keypoint;
-use groma_features::falko::Detector;
-use groma_geometry::{Se2, wrap};
-use groma_models::{BeamGeometry, LaserScan, Odometry, OdometryTrack};
+use groma_geometry::Se2;
+use groma_models::{LaserScan, Odometry, OdometryTrack};
 use groma_registration::PolarView;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
@@ -59,7 +58,7 @@ pub struct Mapper {
     options: Options,
     track: OdometryTrack,
     tracker: Tracker,
-    detector: Option<(BeamGeometry, usize, Detector)>,
+    corners: Corners,
     keyframes: Vec<Keyframe>,
     closer: Closer,
     placed: Vec<Placed>,
@@ -73,10 +72,10 @@ impl Mapper {
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
+            corners: Corners::new(options.corners),
             options,
             track: OdometryTrack::default(),
             tracker: Tracker::default(),
-            detector: None,
             keyframes: Vec::new(),
             closer: Closer::default(),
             placed: Vec::new(),
@@ -107,7 +106,7 @@ impl Mapper {
         if !scan.stamp.is_finite() || scan.stamp <= self.newest {
             return Err(Skipped::Late);
         }
-        if scan.hits().take(LEAST_HITS).count() < LEAST_HITS {
+        if !has_hits(&scan) {
             return Err(Skipped::Empty);
         }
         self.newest = scan.stamp;
@@ -134,8 +133,8 @@ impl Mapper {
         let view = PolarView::new(scan, t_base_laser, self.twist(scan));
         let increment = self.increment(scan.stamp);
         let step = self.tracker.step(scan.stamp, view, increment, &mut self.keyframes);
-        if step.is_keyframe {
-            self.detect(scan);
+        if let Some(keyframe) = self.keyframes.last_mut().filter(|_| step.is_keyframe) {
+            keyframe.corners = self.corners.find(scan, &keyframe.view);
         }
         if let Some(finished) = step.finished {
             self.add_local_map(finished);
@@ -168,26 +167,6 @@ impl Mapper {
         match (readings.first(), readings.last()) {
             (Some(a), Some(b)) => stamp > a.stamp - SLACK && stamp < b.stamp + SLACK,
             _ => false,
-        }
-    }
-
-    /// Finds the corners of the scan that just became a keyframe.
-    fn detect(&mut self, scan: &LaserScan) {
-        let beams = scan.ranges.len();
-        if !self.detector.as_ref().is_some_and(|(g, n, _)| *g == scan.geometry && *n == beams) {
-            self.detector = Some((scan.geometry, beams, Detector::new(scan.geometry, beams, self.options.corners)));
-        }
-        let (Some((_, _, detector)), Some(keyframe)) = (&mut self.detector, self.keyframes.last_mut()) else { return };
-        detector.detect(&scan.ranges, &mut keyframe.corners);
-        for corner in &mut keyframe.corners {
-            let laser = keyframe.view.laser_at(corner.index);
-            let r = laser.rotation.matrix();
-            *corner = Keypoint {
-                point: laser.act(corner.point),
-                orientation: wrap(corner.orientation + laser.theta()),
-                covariance: r * corner.covariance * r.transpose(),
-                ..*corner
-            };
         }
     }
 
@@ -339,6 +318,11 @@ impl Mapper {
             covariances,
         }
     }
+}
+
+/// Whether a scan says anything of where it was taken.
+pub(crate) fn has_hits(scan: &LaserScan) -> bool {
+    scan.hits().take(LEAST_HITS).count() == LEAST_HITS
 }
 
 /// The path that odometry alone gives, started at the first pose of the trajectory.

@@ -4,6 +4,7 @@ mod camera;
 mod features;
 mod mapping;
 mod pose_graph;
+mod recognition;
 mod simulation;
 
 use pyo3::prelude::*;
@@ -14,6 +15,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     features::register(m)?;
     mapping::register(m)?;
     pose_graph::register(m)?;
+    recognition::register(m)?;
     simulation::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

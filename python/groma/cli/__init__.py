@@ -22,6 +22,7 @@ app.command("groma.cli.map:map_", name="map")
 app.command("groma.cli.simulate:simulate")
 app.command("groma.cli.config:config")
 evaluate.command("groma.cli.evaluate_features:features")
+evaluate.command("groma.cli.evaluate_loops:loops")
 evaluate.command("groma.cli.evaluate_trajectory:trajectory")
 
 

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.evaluation.feature_scans import read_posed_scans
+from groma.evaluation.feature_scans import read_posed_scans, tell_notes
 from groma.evaluation.features import FeatureEvaluation, evaluate_features
 from groma.io.atomic import write_text
 from groma.io.results import result_directory
@@ -63,9 +63,6 @@ def features(
 
 def _evaluated(log: Path, poses: Path | None, every: int) -> FeatureEvaluation:
     scans = read_posed_scans(log, poses, every)
-    for note in scans.notes:
-        print(f"note: {log}: {note}", file=sys.stderr)
-    print(f"note: {log}: poses of {scans.source}", file=sys.stderr)
-    if scans.without_pose:
-        print(f"note: {log}: {scans.without_pose} scans have no pose and were left out", file=sys.stderr)
+    for line in tell_notes(scans):
+        print(line, file=sys.stderr)
     return evaluate_features(scans)

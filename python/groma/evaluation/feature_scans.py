@@ -87,6 +87,14 @@ def read_posed_scans(path: Path, poses: Path | None, every: int) -> PosedScans:
     return PosedScans(str(path), source, kept, of_laser, total, len(scans) - len(kept), tuple(notes))
 
 
+def tell_notes(scans: PosedScans) -> Iterator[str]:
+    """Yield what the user should know of the scans, a line each."""
+    notes = [*scans.notes, f"poses of {scans.source}"]
+    if scans.without_pose:
+        notes.append(f"{scans.without_pose} scans have no pose and were left out")
+    return (f"note: {scans.name}: {note}" for note in notes)
+
+
 def _left_out(drive: Drive, trajectory: Trajectory) -> Iterator[str]:
     for why, count in drive.skipped.items():
         yield f"skipped: {count} {why}"

@@ -49,8 +49,8 @@ def feature_figures(found: Sequence[FeatureEvaluation], every: int) -> Tree:
 def feature_tables(found: Sequence[FeatureEvaluation]) -> str:
     """Return the tables as text."""
     counts, *ways = _tables(found)
-    titled = [f"{title}\n{_aligned(head, rows)}" for title, (head, rows) in zip(_WAYS, ways, strict=True)]
-    return "\n\n".join([_aligned(*counts), *(f"repeatability, keypoints predicted {text}" for text in titled)])
+    titled = [f"{title}\n{aligned(head, rows)}" for title, (head, rows) in zip(_WAYS, ways, strict=True)]
+    return "\n\n".join([aligned(*counts), *(f"repeatability, keypoints predicted {text}" for text in titled)])
 
 
 def feature_report(found: Sequence[FeatureEvaluation], every: int) -> str:
@@ -125,7 +125,8 @@ def _row(way: Repeatability) -> list[str]:
     return [str(way.pairs), str(len(way.distance)), *(f"{share:.3f}" for share in shares)]
 
 
-def _aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def aligned(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as text: the first column to the left, the others to the right."""
     table = [[title.strip() for title in head], *rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return "\n".join(

@@ -83,6 +83,6 @@ pub fn associate_by(
         Method::Clique { max_steps } => clique::propose(&problem, max_steps),
         Method::Ransac { seed, draws } => (ransac::propose(&problem, seed, draws), true),
     };
-    let search = Search { options, middle, sets: Sets::new(a, b, &compatible) };
+    let search = Search { options, middle, sets: Sets::new(a, b, |i, j, _: &Se2| compatible(i, j)) };
     Found { hypotheses: search.refine(&proposed), complete }
 }

@@ -30,4 +30,4 @@ mod votes;
 
 pub use method::{Found, Method, associate_by};
 pub use options::Options;
-pub use search::{Hypothesis, associate, associate_compatible};
+pub use search::{Hypothesis, associate, associate_compatible, associate_facing};

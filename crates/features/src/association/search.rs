@@ -43,8 +43,32 @@ pub fn associate_compatible(
     let Some(middle) = middle(a, b) else { return Vec::new() };
     let motions = equal_segments(a, b, options, |e| e.is_allowed(&compatible).then(|| motion(e, a, b)));
     let ranked = rank(&motions, middle, a, b, options);
-    let search = Search { options, middle, sets: Sets::new(a, b, compatible) };
+    let search = Search { options, middle, sets: Sets::new(a, b, |i, j, _: &Se2| compatible(i, j)) };
     search.refine(&ranked)
+}
+
+/// The same for landmarks that face a direction (unit vectors `face_a`, `face_b`, one a landmark): two are paired only by motions
+/// that turn the one to within `most_turn` [rad] of the other.
+///
+/// Empty where there are not as many directions as landmarks.
+#[must_use]
+pub fn associate_facing(
+    (a, face_a): (&[Vector2<f64>], &[Vector2<f64>]),
+    (b, face_b): (&[Vector2<f64>], &[Vector2<f64>]),
+    options: &Options,
+    most_turn: f64,
+) -> Vec<Hypothesis> {
+    let Some(middle) = middle(a, b).filter(|_| a.len() == face_a.len() && b.len() == face_b.len()) else {
+        return Vec::new();
+    };
+    let least = most_turn.cos();
+    let alike = |i: usize, j: usize, t: &Se2| t.rotation.act(face_b[j]).dot(&face_a[i]) >= least;
+    let motions = equal_segments(a, b, options, |e| {
+        let motion = motion(e, a, b);
+        e.pairs().into_iter().all(|(i, j)| alike(i, j, &motion)).then_some(motion)
+    });
+    let ranked = rank(&motions, middle, a, b, options);
+    Search { options, middle, sets: Sets::new(a, b, alike) }.refine(&ranked)
 }
 
 /// The middle of b; none where either set is empty or not finite.
@@ -91,7 +115,7 @@ pub(super) struct Search<'a, F> {
     pub sets: Sets<'a, F>,
 }
 
-impl<F: Fn(usize, usize) -> bool> Search<'_, F> {
+impl<F: Fn(usize, usize, &Se2) -> bool> Search<'_, F> {
     /// Refine the ranked motions, each once, and keep the best that differ.
     pub fn refine(&self, ranked: &[(usize, Se2)]) -> Vec<Hypothesis> {
         let (mut tried, mut found): (Vec<Se2>, Vec<Hypothesis>) = (Vec::new(), Vec::new());

@@ -68,7 +68,8 @@ pub(super) struct Sets<'a, F> {
 /// A motion refined: pairs `(a, b)` sorted, and the fit to them.
 pub(super) type Refined = (Vec<(usize, usize)>, RigidFit);
 
-impl<'a, F: Fn(usize, usize) -> bool> Sets<'a, F> {
+impl<'a, F: Fn(usize, usize, &Se2) -> bool> Sets<'a, F> {
+    /// `compatible` says which pairs may be formed under which motion.
     pub fn new(a: &'a [Vector2<f64>], b: &'a [Vector2<f64>], compatible: F) -> Self {
         let mut by_x: Vec<usize> = (0..a.len()).collect();
         by_x.sort_by(|&i, &j| a[i].x.total_cmp(&a[j].x));
@@ -102,7 +103,7 @@ impl<'a, F: Fn(usize, usize) -> bool> Sets<'a, F> {
             let start = self.by_x.partition_point(|&i| self.a[i].x < p.x - gate);
             let stretch = self.by_x[start..].iter().take_while(|&&i| self.a[i].x <= p.x + gate);
             let distances = stretch.map(|&i| ((self.a[i] - p).norm_squared(), i, j));
-            near.extend(distances.filter(|&(d, i, j)| d <= gate * gate && (self.compatible)(i, j)));
+            near.extend(distances.filter(|&(d, i, j)| d <= gate * gate && (self.compatible)(i, j, motion)));
         }
         near.sort_unstable_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
         let (mut free_a, mut free_b) = (vec![true; self.a.len()], vec![true; self.b.len()]);
