@@ -21,6 +21,7 @@ COMMANDS = [
     ["config"],
     ["evaluate", "trajectory"],
     ["evaluate", "features"],
+    ["evaluate", "loops"],
 ]
 
 

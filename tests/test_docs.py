@@ -12,8 +12,10 @@ import shlex
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 import groma.cli
@@ -54,12 +56,24 @@ def first_minute(full: Scenario) -> Simulated:
     return replace(drive, **by_step, **by_scan)
 
 
+def there_and_back(drive: Simulated) -> Simulated:
+    """The same drive, then its film backwards: every place is seen again."""
+    names = ("truth", "odometry", "joints", "scan_truth", "ranges", "intensities")
+    films: dict[str, Any] = {key: np.concatenate([film := getattr(drive, key), film[::-1]]) for key in names}
+    end = 2 * drive.stamps[-1] + 1
+    times: dict[str, Any] = {
+        key: np.concatenate([t := getattr(drive, key), end - t[::-1]]) for key in ("stamps", "scan_stamps")
+    }
+    return replace(drive, **films, **times)
+
+
 @pytest.fixture(scope="session")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Recordings and truths under the names that the documents use."""
     folder = tmp_path_factory.mktemp("library")
     drive = first_minute(scenario("rooms"))
     write_recording(folder / "drive.mcap", drive)
+    write_recording(folder / "return.mcap", there_and_back(drive))
     write_recording(folder / "drive.csv.gz", drive)
     (folder / "drive.csv.gz").rename(folder / "intel.clf.gz")  # the content decides, not the suffix
     write_tum(folder / "truth.tum", drive.stamps, drive.truth)

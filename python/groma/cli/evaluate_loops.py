@@ -26,8 +26,11 @@ def loops(
 ) -> None:
     """Say how many returns to known places are found by corners, and how many of the places found are right.
 
-    Places are found from the scans alone; the poses only judge. The protocol is in docs/theory/loop_evaluation.md. For
-    a drive that comes back: `groma evaluate loops drive.mcap --poses results/latest/trajectory.tum -o out`.
+    Places are found from the scans alone; the poses only judge. The protocol is in docs/theory/loop_evaluation.md.
+
+    groma evaluate loops return.mcap
+
+    groma evaluate loops return.mcap -o out
 
     Parameters
     ----------
