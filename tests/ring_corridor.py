@@ -127,7 +127,15 @@ def _landmarks(rng: np.random.Generator) -> Landmarks:
     x = np.repeat(np.arange(-18.0, 19.0, 6.0), 2) + np.tile([0.0, 1.0], 7)
     positions = np.vstack([np.column_stack([x, np.full(14, y)]) for y in (-HALF, HEIGHT + HALF)])
     covariances = np.tile(np.diag([1e-4, 4e-4]), (28, 1, 1))
-    return Landmarks(positions, covariances, rng.uniform(-3, 3, 28), rng.integers(5, 40, 28), np.full(28, 60))
+    return Landmarks(
+        np.full(28, "corner"),
+        positions,
+        covariances,
+        rng.uniform(-3, 3, 28),
+        np.zeros((28, 16), dtype=np.uint8),
+        rng.integers(5, 40, 28),
+        np.full(28, 60),
+    )
 
 
 def _weak(drive: Array, stamps: Array) -> tuple[WeakSpot, ...]:

@@ -100,9 +100,11 @@ def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
         closures=closures,
         grid=OccupancyGrid(arrays["grid_resolution"], arrays["grid_origin"], arrays["grid_cells"]),
         landmarks=Landmarks(
+            kinds=np.array(arrays["landmark_kinds"], dtype=np.str_),
             positions=arrays["landmark_positions"],
             covariances=arrays["landmark_covariances"],
             orientations=arrays["landmark_orientations"],
+            descriptors=arrays["landmark_descriptors"],
             seen=arrays["landmark_seen"],
             visible=arrays["landmark_visible"],
         ),

@@ -70,14 +70,18 @@ class OccupancyGrid:
 
 @dataclass(frozen=True, slots=True)
 class Landmarks:
-    """Corner features in the map frame."""
+    """Corner features and reflectors in the map frame."""
 
+    kinds: NDArray[np.str_]
+    """(L,) ``corner`` or ``reflector``."""
     positions: Array
     """(L, 2)."""
     covariances: Array
     """(L, 2, 2)."""
     orientations: Array
-    """(L,) direction into which the corner opens."""
+    """(L,) direction into which the corner opens; NaN where it was not measured."""
+    descriptors: NDArray[np.uint8]
+    """(L, 16) binary shape context as :func:`groma.features.bsc` gives it; zeros where there is none."""
     seen: NDArray[np.int64]
     """(L,) scans in which it was detected."""
     visible: NDArray[np.int64]

@@ -32,7 +32,7 @@
 use crate::keyframe::Keyframe;
 use groma_features::Keypoint;
 use groma_geometry::{Se2, wrap};
-use groma_models::{Landmark, LandmarkMap};
+use groma_models::{Landmark, LandmarkKind, LandmarkMap};
 use groma_registration::Visibility;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use rayon::prelude::*;
@@ -147,9 +147,11 @@ impl Cluster {
         let (seen, visible) = (self.sights.len(), self.visible(position, keyframes, poses));
         let from_pose = self.sights.iter().map(|s| s.from_pose).min_by(|a, b| a.trace().total_cmp(&b.trace()))?;
         (seen as f64 >= LEAST_SHARE * visible as f64).then(|| Landmark {
+            kind: LandmarkKind::Corner,
             position,
             covariance: scatter + from_pose + Matrix2::identity() * FLOOR.powi(2),
-            orientation: self.orientation(),
+            orientation: Some(self.orientation()),
+            descriptor: None,
             seen: seen as u32,
             visible: visible as u32,
         })

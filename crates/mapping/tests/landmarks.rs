@@ -49,7 +49,7 @@ fn a_corner_seen_from_many_places_is_one() {
     let found = map(&see(&poses, &[], |i| if i < 5 { vec![CORNER] } else { vec![] }), &poses).landmarks;
     let [only] = &found[..] else { panic!("{} landmarks", found.len()) };
     assert!((only.position - CORNER.0).norm() < 1e-9);
-    assert!(wrap(only.orientation - CORNER.1).abs() < 1e-9);
+    assert!(wrap(only.orientation.unwrap() - CORNER.1).abs() < 1e-9);
     // The five that saw it, and the three that show its walls but detected nothing.
     assert_eq!((only.seen, only.visible), (5, 8));
 }
@@ -96,7 +96,7 @@ fn corners_that_open_the_other_way_stay_two() {
     let other = (CORNER.0 + Vector2::new(0.1, 0.0), CORNER.1 + PI);
     let found = map(&see(&poses, &[], |i| vec![if i % 2 == 0 { CORNER } else { other }]), &poses).landmarks;
     assert_eq!(found.len(), 2);
-    assert!(wrap(found[0].orientation - found[1].orientation).abs() > FRAC_PI_2);
+    assert!(wrap(found[0].orientation.unwrap() - found[1].orientation.unwrap()).abs() > FRAC_PI_2);
 }
 
 #[test]

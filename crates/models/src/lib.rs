@@ -20,7 +20,7 @@ pub use differential::Differential;
 pub use drive::Drive;
 pub use grid::{Cell, Grid};
 pub use increment::Increment;
-pub use landmark_map::{Landmark, LandmarkMap};
+pub use landmark_map::{Landmark, LandmarkKind, LandmarkMap};
 pub use laser_scan::{BeamGeometry, LaserScan};
 pub use odometry::{Odometry, OdometryTrack};
 pub use target::{Panel, Pattern, Target};

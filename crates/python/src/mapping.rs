@@ -175,10 +175,13 @@ fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult
     let all = &r.landmarks.landmarks;
     let covariances: Vec<_> = all.iter().map(|l| l.covariance).collect();
     let positions = Array2::from_shape_fn((all.len(), 2), |(k, j)| all[k].position[j]);
+    out.set_item("landmark_kinds", all.iter().map(|l| l.kind.name()).collect::<Vec<_>>())?;
     out.set_item("landmark_positions", positions.into_pyarray(py))?;
     out.set_item("landmark_covariances", matrices(&covariances).into_pyarray(py))?;
-    let orientations: Array1<f64> = all.iter().map(|l| l.orientation).collect();
+    let orientations: Array1<f64> = all.iter().map(|l| l.orientation.unwrap_or(f64::NAN)).collect();
     out.set_item("landmark_orientations", orientations.into_pyarray(py))?;
+    let descriptors = Array2::from_shape_fn((all.len(), 16), |(k, j)| all[k].descriptor.unwrap_or(0).to_le_bytes()[j]);
+    out.set_item("landmark_descriptors", descriptors.into_pyarray(py))?;
     let seen: Array1<i64> = all.iter().map(|l| i64::from(l.seen)).collect();
     let visible: Array1<i64> = all.iter().map(|l| i64::from(l.visible)).collect();
     out.set_item("landmark_seen", seen.into_pyarray(py))?;

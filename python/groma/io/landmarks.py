@@ -11,6 +11,7 @@ from typing import Literal
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.io.atomic import write_bytes
@@ -20,13 +21,14 @@ from groma.mapping import Landmarks
 Pair = tuple[float, float]
 
 
-class _Landmark(msgspec.Struct):
-    type: Literal["corner"]
+class _Landmark(msgspec.Struct, omit_defaults=True):
+    type: Literal["corner", "reflector"]
     position: Pair
     covariance: tuple[Pair, Pair]
-    orientation: float
     seen: int
     visible: int
+    orientation: float | None = None
+    descriptor: str | None = None
 
 
 class _Units(msgspec.Struct):
@@ -61,20 +63,37 @@ def read_landmarks(path: Path) -> Landmarks:
     except msgspec.DecodeError as error:
         raise UserError(f"{path}: not a landmark map: {error}") from error
     return Landmarks(
-        np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
-        np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
-        np.array([row.orientation for row in rows], dtype=np.float64),
-        np.array([row.seen for row in rows], dtype=np.int64),
-        np.array([row.visible for row in rows], dtype=np.int64),
+        kinds=np.array([row.type for row in rows], dtype=np.str_),
+        positions=np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
+        covariances=np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
+        orientations=np.array([np.nan if row.orientation is None else row.orientation for row in rows], dtype=np.float64),
+        descriptors=_to_cells(path, rows),
+        seen=np.array([row.seen for row in rows], dtype=np.int64),
+        visible=np.array([row.visible for row in rows], dtype=np.int64),
     )
+
+
+def _to_cells(path: Path, rows: list[_Landmark]) -> NDArray[np.uint8]:
+    cells = np.zeros((len(rows), 16), dtype=np.uint8)
+    for place, row in enumerate(rows):
+        if row.descriptor is None:
+            continue
+        try:
+            cells[place] = np.frombuffer(bytes.fromhex(row.descriptor), dtype=np.uint8)
+        except ValueError as error:
+            message = f"{path}: not a landmark map: a descriptor is 32 hexadecimal digits - at `$.landmarks[{place}]`"
+            raise UserError(message) from error
+    return cells
 
 
 def _to_rows(landmarks: Landmarks) -> list[_Landmark]:
     values = (
+        landmarks.kinds.tolist(),
         landmarks.positions.tolist(),
         landmarks.covariances.tolist(),
-        landmarks.orientations.tolist(),
         landmarks.seen.tolist(),
         landmarks.visible.tolist(),
+        [None if np.isnan(angle) else angle for angle in landmarks.orientations.tolist()],
+        [row.tobytes().hex() if row.any() else None for row in landmarks.descriptors],
     )
-    return [_Landmark("corner", *row) for row in zip(*values, strict=True)]
+    return [_Landmark(*row) for row in zip(*values, strict=True)]
