@@ -128,7 +128,9 @@ def _nothing(poses: int) -> MapResult:
     )  # fmt: skip
     counts = np.empty(0, dtype=np.int64)
     cells = np.empty((0, 16), dtype=np.uint8)
-    landmarks = Landmarks(np.empty(0, dtype=np.str_), np.empty((0, 2)), np.empty((0, 2, 2)), np.empty(0), cells, counts, counts)
+    landmarks = Landmarks(
+        np.empty(0, dtype=np.str_), np.empty((0, 2)), np.empty((0, 2, 2)), np.empty(0), cells, counts, counts
+    )
     grid = OccupancyGrid(0.05, (0.0, 0.0), np.full((3, 4), -1, dtype=np.int8))
     odometry = np.full((poses, 3), np.nan)
     still = np.zeros((poses, 3))

@@ -149,3 +149,39 @@ def camera_project(camera: str, points: NDArray[np.float64]) -> NDArray[np.float
 def camera_unproject(camera: str, pixels: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def pattern_corners(pattern: str) -> NDArray[np.float64]: ...
 def target_check(target: str) -> None: ...
+def localization_defaults() -> str: ...
+
+class Localizer:
+    """A vehicle on a map; `options` is JSON."""
+
+    def __init__(
+        self,
+        landmarks: NDArray[np.float64],
+        reflector: NDArray[np.bool_],
+        descriptors: NDArray[np.uint8],
+        stamp: float,
+        pose: tuple[float, float, float] | None,
+        covariance: NDArray[np.float64],
+        mount: tuple[float, float, float],
+        calibration: NDArray[np.float64] | None,
+        options: str,
+    ) -> None: ...
+    def predict(
+        self,
+        stamp: float,
+        motion: tuple[float, float, float],
+        covariance: NDArray[np.float64],
+        by_drive: NDArray[np.float64] | None,
+    ) -> None: ...
+    def update(
+        self,
+        observations: NDArray[np.float64],
+        reflector: NDArray[np.bool_],
+        descriptors: NDArray[np.uint8],
+        identities: NDArray[np.int64],
+        scan: tuple[tuple[float, float, float, float], NDArray[np.float64]] | None,
+    ) -> dict[str, Any]: ...
+    def relocate(self, pose: tuple[float, float, float], covariance: NDArray[np.float64]) -> None: ...
+    def state(self) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]: ...
+    def quality(self) -> dict[str, Any]: ...
+    def found(self) -> tuple[int, int]: ...

@@ -2,6 +2,7 @@
 
 mod camera;
 mod features;
+mod localization;
 mod mapping;
 mod pose_graph;
 mod recognition;
@@ -13,6 +14,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
     features::register(m)?;
+    localization::register(m)?;
     mapping::register(m)?;
     pose_graph::register(m)?;
     recognition::register(m)?;

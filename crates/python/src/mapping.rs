@@ -99,7 +99,7 @@ fn poses<'a>(items: impl ExactSizeIterator<Item = &'a Se2>) -> Array2<f64> {
     Array2::from_shape_vec((n, 3), flat).unwrap_or_default()
 }
 
-fn matrices<const R: usize>(items: &[nalgebra::SMatrix<f64, R, R>]) -> Array3<f64> {
+pub(crate) fn matrices<const R: usize>(items: &[nalgebra::SMatrix<f64, R, R>]) -> Array3<f64> {
     Array3::from_shape_fn((items.len(), R, R), |(k, i, j)| items[k][(i, j)])
 }
 

@@ -66,7 +66,9 @@ def read_landmarks(path: Path) -> Landmarks:
         kinds=np.array([row.type for row in rows], dtype=np.str_),
         positions=np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
         covariances=np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
-        orientations=np.array([np.nan if row.orientation is None else row.orientation for row in rows], dtype=np.float64),
+        orientations=np.array(
+            [np.nan if row.orientation is None else row.orientation for row in rows], dtype=np.float64
+        ),
         descriptors=_to_cells(path, rows),
         seen=np.array([row.seen for row in rows], dtype=np.int64),
         visible=np.array([row.visible for row in rows], dtype=np.int64),

@@ -1,0 +1,242 @@
+//! The localizer: predict with every motion of the wheels, update with every scan.
+//!
+//! Time is that of the last motion. Observations carry the time of their beam; each is taken from where the vehicle was, or
+//! will be, at that time. The pose is `T_map_base`, its covariance that of the right perturbation.
+
+use crate::error::Error;
+use crate::history::History;
+use crate::joint::{CalibrationCovariance, Joint, Motion};
+use crate::map::StaticMap;
+use crate::memory::Memory;
+use crate::options::Options;
+use crate::quality::{Monitor, Quality, Status, weakest};
+use crate::relocalize::Relocalizer;
+use crate::search::Search;
+use groma_estimation::chi_square;
+use groma_geometry::Se2;
+use groma_models::{LandmarkMap, LaserScan};
+use nalgebra::{Matrix3, SMatrix, Vector2};
+
+/// Standard deviations of a pose that is not known [m], [rad].
+const UNKNOWN: (f64, f64) = (1e3, 3.0);
+
+/// What is known before the first motion.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Time [s].
+    pub stamp: f64,
+    /// The pose and the covariance of its right perturbation; none where it is not known.
+    pub pose: Option<(Se2, Matrix3<f64>)>,
+    /// `T_base_laser`.
+    pub mount: Se2,
+    /// Covariance of the calibration, where it is to be considered.
+    pub calibration: Option<CalibrationCovariance>,
+}
+
+/// A vehicle on a map.
+#[derive(Clone, Debug)]
+pub struct Localizer {
+    pub(crate) options: Options,
+    pub(crate) map: StaticMap,
+    pub(crate) mount: Se2,
+    pub(crate) joint: Joint,
+    pub(crate) memory: Memory,
+    pub(crate) history: History,
+    pub(crate) monitor: Monitor,
+    pub(crate) quality: Quality,
+    /// Whether the pose was ever known.
+    pub(crate) known: bool,
+    /// chi2(2, p) of the gate.
+    pub(crate) gate: f64,
+    /// Way driven [m] and scans seen.
+    pub(crate) way: f64,
+    pub(crate) scans: u64,
+    /// Looks for the place while it is lost.
+    pub(crate) search: Option<Search>,
+}
+
+impl Localizer {
+    /// A vehicle at its start.
+    ///
+    /// # Errors
+    /// A setting out of range, a map or a start that cannot be used.
+    pub fn new(map: LandmarkMap, start: &Start, options: Options) -> Result<Self, Error> {
+        options.validate()?;
+        let map = StaticMap::new(map)?;
+        let mount = start.mount.to_vector();
+        if !(start.stamp.is_finite() && mount.iter().all(|v| v.is_finite())) {
+            return Err(Error::Unusable { what: "the time of the start or the mount of the laser" });
+        }
+        if start.calibration.as_ref().is_some_and(|c| !is_covariance(c)) {
+            return Err(Error::Unusable { what: "the calibration" });
+        }
+        let (pose, covariance) = start.pose.unwrap_or((Se2::IDENTITY, unknown()));
+        check_pose(&pose, &covariance)?;
+        let joint = Joint::new(pose, &covariance, start.calibration.as_ref());
+        let memory = Memory::new(map.landmarks().len());
+        let mut localizer = Self {
+            options,
+            map,
+            mount: start.mount,
+            joint,
+            memory,
+            history: History::new(start.stamp),
+            monitor: Monitor::new(&options.lost),
+            quality: Quality::default(),
+            known: start.pose.is_some(),
+            gate: chi_square::quantile(options.gate, 2),
+            way: 0.0,
+            scans: 0,
+            search: None,
+        };
+        localizer.judge(&Matrix3::zeros(), 0.0);
+        Ok(localizer)
+    }
+
+    /// Lets the localizer look for its place on a map of its own accord while it is lost.
+    #[must_use]
+    pub fn with_relocalizer(mut self, relocalizer: Relocalizer) -> Self {
+        self.search = Some(Search::new(relocalizer));
+        self
+    }
+
+    /// The vehicle has moved, until `stamp` [s].
+    ///
+    /// # Errors
+    /// Time that goes back, or a motion that is not finite; nothing has changed then.
+    pub fn predict(&mut self, stamp: f64, motion: &Motion) -> Result<(), Error> {
+        let before = self.history.now();
+        if stamp.is_nan() || stamp < before {
+            return Err(Error::TimeGoesBack { stamp, before });
+        }
+        let finite = motion.motion.to_vector().iter().chain(motion.by_drive.iter()).all(|v| v.is_finite());
+        if !(finite && stamp.is_finite() && is_covariance(&motion.covariance)) {
+            return Err(Error::Unusable { what: "the motion" });
+        }
+        self.joint.predict(motion);
+        self.history.push(stamp, &motion.motion);
+        if let Some(search) = &mut self.search {
+            search.advance(&motion.motion, self.quality.status == Status::Lost);
+        }
+        self.way += motion.motion.translation.norm();
+        self.quality.sigma_position = self.sigma_position();
+        self.quality.sigma_heading = self.joint.pose_covariance().m33.sqrt();
+        Ok(())
+    }
+
+    /// The beams of a scan: they help to find the place while it is lost, and are not looked at else.
+    pub fn look(&mut self, scan: &LaserScan) {
+        let laser = self.laser_at(scan.stamp);
+        if let Some(search) = self.search.as_mut().filter(|_| self.quality.status == Status::Lost) {
+            search.look(scan, &laser);
+        }
+    }
+
+    /// The pose has been found another way.
+    ///
+    /// # Errors
+    /// A pose that is not finite or a covariance that is none; nothing has changed then.
+    pub fn relocate(&mut self, pose: Se2, covariance: &Matrix3<f64>) -> Result<(), Error> {
+        check_pose(&pose, covariance)?;
+        self.memory.clear(&mut self.joint);
+        self.joint.replace_pose(pose, covariance);
+        self.monitor.restart();
+        self.known = true;
+        self.judge(&Matrix3::zeros(), 0.0);
+        Ok(())
+    }
+
+    /// Time of the last motion [s].
+    #[must_use]
+    pub fn stamp(&self) -> f64 {
+        self.history.now()
+    }
+
+    /// `T_map_base`.
+    #[must_use]
+    pub fn pose(&self) -> Se2 {
+        self.joint.pose()
+    }
+
+    /// Covariance of the pose's right perturbation.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix3<f64> {
+        self.joint.pose_covariance()
+    }
+
+    /// What the pose is worth.
+    #[must_use]
+    pub fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// Pose, calibration and landmarks in memory.
+    #[must_use]
+    pub fn joint(&self) -> &Joint {
+        &self.joint
+    }
+
+    /// Way driven [m].
+    #[must_use]
+    pub fn way(&self) -> f64 {
+        self.way
+    }
+
+    /// Landmarks found on the way that hold the pose, and those that are on trial.
+    #[must_use]
+    pub fn found(&self) -> (usize, usize) {
+        let proven = self.memory.all_found().filter(|(_, f)| f.proven).count();
+        (proven, self.memory.all_found().count() - proven)
+    }
+
+    /// Sets the figures that follow from pose, scan and evidence.
+    pub(crate) fn judge(&mut self, information: &Matrix3<f64>, distance: f64) {
+        let sigma = self.sigma_position();
+        let q = &mut self.quality;
+        q.sigma_position = sigma;
+        q.sigma_heading = self.joint.pose_covariance().m33.sqrt();
+        q.geometry = weakest(information, distance);
+        q.matched_share = self.monitor.share();
+        q.lost_evidence = self.monitor.evidence();
+        let lost = !self.known || self.monitor.is_lost() || sigma > self.options.lost.sigma_max;
+        q.status = match lost {
+            true => Status::Lost,
+            false if q.matched == 0 => Status::Coasting,
+            false => Status::Tracking,
+        };
+    }
+
+    /// Along the weakest direction [m].
+    fn sigma_position(&self) -> f64 {
+        let p = self.joint.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned();
+        p.symmetric_eigenvalues().max().max(0.0).sqrt()
+    }
+
+    /// From where a beam was fired at `stamp`: the laser, seen from the vehicle now.
+    pub(crate) fn laser_at(&self, stamp: f64) -> Se2 {
+        self.history.since(stamp) * self.mount
+    }
+
+    /// Range and bearing at which the laser would now see a place.
+    #[must_use]
+    pub fn sight(&self, place: Vector2<f64>) -> Vector2<f64> {
+        let q = (self.joint.pose() * self.mount).inverse().act(place);
+        Vector2::new(q.norm(), q.y.atan2(q.x))
+    }
+}
+
+fn unknown() -> Matrix3<f64> {
+    Matrix3::from_diagonal(&nalgebra::Vector3::new(UNKNOWN.0.powi(2), UNKNOWN.0.powi(2), UNKNOWN.1.powi(2)))
+}
+
+fn check_pose(pose: &Se2, covariance: &Matrix3<f64>) -> Result<(), Error> {
+    let finite = pose.to_vector().iter().all(|v| v.is_finite());
+    if finite && is_covariance(covariance) { Ok(()) } else { Err(Error::Unusable { what: "the pose" }) }
+}
+
+/// Whether a matrix is finite, symmetric and has no negative variance.
+fn is_covariance<const N: usize>(c: &SMatrix<f64, N, N>) -> bool {
+    let scale = c.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let symmetric = (c - c.transpose()).iter().all(|v| v.abs() <= 1e-9 * scale);
+    c.iter().all(|v| v.is_finite()) && symmetric && (0..N).all(|i| c[(i, i)] >= 0.0)
+}

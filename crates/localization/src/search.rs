@@ -1,0 +1,56 @@
+//! Looking for the place on the way: collect what is seen, try now and then.
+
+use crate::observation::Observation;
+use crate::relocalize::{LocalView, Located, Relocalizer};
+use groma_geometry::Se2;
+use groma_models::LaserScan;
+
+/// Landmarks without which it is not worth a try.
+const LEAST: usize = 4;
+/// Way between two tries [m]; without way, this many new landmarks.
+const WAY: f64 = 0.5;
+const MORE: usize = 3;
+/// What was seen longer ago is forgotten: the odometry drifts [m].
+const KEPT: f64 = 12.0;
+
+/// A search that goes on while the vehicle drives.
+#[derive(Clone, Debug)]
+pub(crate) struct Search {
+    relocalizer: Relocalizer,
+    view: LocalView,
+    /// Way and number of landmarks at the last try.
+    tried: Option<(f64, usize)>,
+}
+
+impl Search {
+    pub fn new(relocalizer: Relocalizer) -> Self {
+        Self { relocalizer, view: LocalView::default(), tried: None }
+    }
+
+    /// The vehicle has moved; what was collected is kept only while it is lost.
+    pub fn advance(&mut self, motion: &Se2, lost: bool) {
+        if lost {
+            self.view.advance(motion);
+            self.view.forget_beyond(KEPT);
+        } else if self.tried.is_some() || !self.view.landmarks().is_empty() {
+            (self.view, self.tried) = (LocalView::default(), None);
+        }
+    }
+
+    /// Keeps beams of a scan.
+    pub fn look(&mut self, scan: &LaserScan, laser: &Se2) {
+        self.view.look(&scan.geometry, &scan.ranges, laser);
+    }
+
+    /// Keeps observations, and tries where there is something new; the place, if it is certain.
+    pub fn see(&mut self, observations: &[(Observation, Se2)]) -> Option<Located> {
+        self.view.see(observations);
+        let (way, count) = (self.view.way(), self.view.landmarks().len());
+        let news = self.tried.is_none_or(|(w, n)| way - w >= WAY || count >= n + MORE);
+        if count < LEAST || !news {
+            return None;
+        }
+        self.tried = Some((way, count));
+        self.relocalizer.certain(&self.view)
+    }
+}

@@ -1,0 +1,235 @@
+//! `groma.localization`: a vehicle on a landmark map, as arrays.
+
+use crate::mapping::matrices;
+use groma_geometry::Se2;
+use groma_localization::{
+    CALIBRATION, DRIVE, Error, Localizer as Core, Motion, Observation, Options, Quality, Start, Status, Update, sees,
+};
+use groma_models::{BeamGeometry, Landmark, LandmarkKind, LandmarkMap};
+use nalgebra::{Matrix2, SMatrix, Vector2};
+use numpy::ndarray::{Array1, Array2};
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(localization_defaults, m)?)?;
+    m.add_class::<Localizer>()
+}
+
+/// The settings of localization and their defaults, as JSON.
+#[pyfunction]
+fn localization_defaults() -> PyResult<String> {
+    serde_json::to_string(&Options::default()).map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
+type Pose = (f64, f64, f64);
+type Table<'py> = PyReadonlyArray2<'py, f64>;
+/// Scan to tell what is in view: angle_min, angle_increment, range_min, range_max; readings.
+type Scan<'py> = ((f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
+
+/// A vehicle on a map.
+#[pyclass]
+struct Localizer(Core);
+
+#[pymethods]
+impl Localizer {
+    /// `landmarks` are rows of x, y, the covariance (4), orientation, seen, visible.
+    #[new]
+    #[pyo3(signature = (landmarks, reflector, descriptors, stamp, pose, covariance, mount, calibration, options))]
+    #[allow(clippy::too_many_arguments)] // the arrays of one constructor
+    fn new(
+        landmarks: Table<'_>,
+        reflector: PyReadonlyArray1<'_, bool>,
+        descriptors: PyReadonlyArray2<'_, u8>,
+        stamp: f64,
+        pose: Option<Pose>,
+        covariance: Table<'_>,
+        mount: Pose,
+        calibration: Option<Table<'_>>,
+        options: &str,
+    ) -> PyResult<Self> {
+        let options: Options = serde_json::from_str(options).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let start = Start {
+            stamp,
+            pose: pose.map(|p| (to_pose(p), matrix::<3, 3>(&covariance))),
+            mount: to_pose(mount),
+            calibration: calibration.map(|c| matrix::<CALIBRATION, CALIBRATION>(&c)),
+        };
+        let map = to_map(&landmarks, &reflector, &descriptors);
+        Core::new(map, &start, options).map(Self).map_err(invalid)
+    }
+
+    /// A motion until `stamp` with the covariance of its right perturbation and, optional, its derivative by the drive.
+    fn predict(
+        &mut self,
+        stamp: f64,
+        motion: Pose,
+        covariance: Table<'_>,
+        by_drive: Option<Table<'_>>,
+    ) -> PyResult<()> {
+        let by_drive = by_drive.map_or_else(SMatrix::zeros, |j| matrix::<3, DRIVE>(&j));
+        let motion = Motion { motion: to_pose(motion), covariance: matrix::<3, 3>(&covariance), by_drive };
+        self.0.predict(stamp, &motion).map_err(invalid)
+    }
+
+    /// The corners and reflectors of a scan: stamp, range, bearing, covariance (4), orientation a row.
+    fn update<'py>(
+        &mut self,
+        py: Python<'py>,
+        observations: Table<'py>,
+        reflector: PyReadonlyArray1<'py, bool>,
+        descriptors: PyReadonlyArray2<'py, u8>,
+        identities: PyReadonlyArray1<'py, i64>,
+        scan: Option<Scan<'py>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let observations = to_observations(&observations, &reflector, &descriptors, &identities);
+        let scan = scan.map(|(beams, ranges)| (to_geometry(beams), ranges.as_array().to_vec()));
+        let core = &mut self.0;
+        let update = py.detach(|| match scan {
+            Some((geometry, ranges)) => core.update(&observations, Some(&|polar| sees(&geometry, &ranges, polar))),
+            None => core.update(&observations, None),
+        });
+        to_dict(py, &update)
+    }
+
+    /// The pose has been found another way.
+    fn relocate(&mut self, pose: Pose, covariance: Table<'_>) -> PyResult<()> {
+        self.0.relocate(to_pose(pose), &matrix::<3, 3>(&covariance)).map_err(invalid)
+    }
+
+    /// Stamp, pose, covariance.
+    fn state<'py>(&self, py: Python<'py>) -> (f64, Pose, Bound<'py, PyArray2<f64>>) {
+        let pose = self.0.pose();
+        let covariance = self.0.covariance();
+        let covariance = Array2::from_shape_fn((3, 3), |(i, j)| covariance[(i, j)]);
+        (self.0.stamp(), (pose.x(), pose.y(), pose.theta()), covariance.into_pyarray(py))
+    }
+
+    fn quality<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        quality(py, &self.0.quality())
+    }
+
+    /// Landmarks found on the way that hold the pose, and those on trial.
+    fn found(&self) -> (usize, usize) {
+        self.0.found()
+    }
+}
+
+fn invalid(error: Error) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+fn to_pose((x, y, theta): Pose) -> Se2 {
+    Se2::new(x, y, theta)
+}
+
+fn matrix<const R: usize, const C: usize>(table: &Table<'_>) -> SMatrix<f64, R, C> {
+    let view = table.as_array();
+    SMatrix::from_fn(|i, j| view.get((i, j)).copied().unwrap_or(f64::NAN))
+}
+
+fn to_geometry((angle_min, angle_increment, range_min, range_max): (f64, f64, f64, f64)) -> BeamGeometry {
+    BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min, range_max }
+}
+
+fn kind(reflector: bool) -> LandmarkKind {
+    if reflector { LandmarkKind::Reflector } else { LandmarkKind::Corner }
+}
+
+fn some(angle: f64) -> Option<f64> {
+    (!angle.is_nan()).then_some(angle)
+}
+
+fn cells(descriptors: &PyReadonlyArray2<'_, u8>, row: usize) -> Option<u128> {
+    let view = descriptors.as_array();
+    let bytes: [u8; 16] = std::array::from_fn(|k| view[(row, k)]);
+    Some(u128::from_le_bytes(bytes)).filter(|c| *c != 0)
+}
+
+fn to_map(
+    landmarks: &Table<'_>,
+    reflector: &PyReadonlyArray1<'_, bool>,
+    descriptors: &PyReadonlyArray2<'_, u8>,
+) -> LandmarkMap {
+    let (rows, reflector) = (landmarks.as_array(), reflector.as_array());
+    let landmark = |k: usize| Landmark {
+        kind: kind(reflector[k]),
+        position: Vector2::new(rows[(k, 0)], rows[(k, 1)]),
+        covariance: Matrix2::from_fn(|i, j| rows[(k, 2 + 2 * i + j)]),
+        orientation: some(rows[(k, 6)]),
+        descriptor: cells(descriptors, k),
+        seen: rows[(k, 7)] as u32,
+        visible: rows[(k, 8)] as u32,
+    };
+    LandmarkMap { landmarks: (0..rows.nrows()).map(landmark).collect() }
+}
+
+fn to_observations(
+    observations: &Table<'_>,
+    reflector: &PyReadonlyArray1<'_, bool>,
+    descriptors: &PyReadonlyArray2<'_, u8>,
+    identities: &PyReadonlyArray1<'_, i64>,
+) -> Vec<Observation> {
+    let (rows, reflector, identities) = (observations.as_array(), reflector.as_array(), identities.as_array());
+    let observation = |k: usize| Observation {
+        stamp: rows[(k, 0)],
+        polar: Vector2::new(rows[(k, 1)], rows[(k, 2)]),
+        covariance: Matrix2::from_fn(|i, j| rows[(k, 3 + 2 * i + j)]),
+        kind: kind(reflector[k]),
+        orientation: some(rows[(k, 7)]),
+        descriptor: cells(descriptors, k),
+        identity: usize::try_from(identities[k]).ok(),
+    };
+    (0..rows.nrows()).map(observation).collect()
+}
+
+fn to_dict<'py>(py: Python<'py>, update: &Update) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let m = &update.matches;
+    let index = |of: fn(&groma_localization::Match) -> usize| m.iter().map(|m| of(m) as i64).collect::<Array1<i64>>();
+    out.set_item("observation", index(|m| m.observation).into_pyarray(py))?;
+    out.set_item("landmark", index(|m| m.landmark).into_pyarray(py))?;
+    out.set_item("holds", m.iter().map(|m| m.holds).collect::<Array1<bool>>().into_pyarray(py))?;
+    let innovation = Array2::from_shape_fn((m.len(), 2), |(k, j)| m[k].innovation[j]);
+    out.set_item("innovation", innovation.into_pyarray(py))?;
+    let covariances: Vec<Matrix2<f64>> = m.iter().map(|m| m.covariance).collect();
+    out.set_item("covariance", matrices(&covariances).into_pyarray(py))?;
+    for (name, count) in [
+        ("begun", update.begun),
+        ("proven", update.proven),
+        ("forgotten", update.forgotten),
+        ("unusable", update.unusable),
+    ] {
+        out.set_item(name, count)?;
+    }
+    out.set_item("cut_short", update.cut_short)?;
+    out.set_item("relocated", update.relocated)?;
+    out.set_item("quality", quality(py, &update.quality)?)?;
+    Ok(out)
+}
+
+fn quality<'py>(py: Python<'py>, q: &Quality) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    let status = match q.status {
+        Status::Lost => "lost",
+        Status::Coasting => "coasting",
+        Status::Tracking => "tracking",
+    };
+    out.set_item("status", status)?;
+    for (name, count) in [("observed", q.observed), ("matched", q.matched), ("dof", q.dof)] {
+        out.set_item(name, count)?;
+    }
+    for (name, value) in [
+        ("matched_share", q.matched_share),
+        ("nis", q.nis),
+        ("sigma_position", q.sigma_position),
+        ("sigma_heading", q.sigma_heading),
+        ("geometry", q.geometry),
+        ("lost_evidence", q.lost_evidence),
+    ] {
+        out.set_item(name, value)?;
+    }
+    Ok(out)
+}

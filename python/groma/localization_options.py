@@ -1,0 +1,63 @@
+"""Names of the settings of :class:`groma.localization.Localizer`."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+Mode = Literal["static", "dynamic", "mixed", "reflectors", "slam"]
+
+
+class DynamicOptions(TypedDict, total=False):
+    """The life of a landmark found on the way."""
+
+    separation: float
+    """A corner this far from every landmark begins a new one [m]."""
+    hits: int
+    """It holds the pose after so many sightings,"""
+    trial: int
+    """which must be made within so many scans that could see it."""
+    refined: int
+    """It is refined up to so many sightings."""
+    misses: int
+    """It is forgotten after so many scans in a row that could see it and did not,"""
+    share_min: float
+    """or when the share of scans that saw it falls below this,"""
+    way_max: float
+    """or when it was not seen for so long a way [m],"""
+    time_max: float
+    """or time [s]."""
+    count_max: int
+    """Landmarks found on the way that are kept, at most."""
+    anchor_sigma: float
+    """In mixed mode they are begun while the standard deviation of the position is below this [m]."""
+
+
+class LostOptions(TypedDict, total=False):
+    """When the localizer says that it is lost."""
+
+    evidence: float
+    """Evidence for being lost against being right at which it says so: a ratio of likelihoods."""
+    sigma_max: float
+    """Standard deviation of the position beyond which it is lost without further evidence [m]."""
+
+
+class LocalizerOptions(TypedDict, total=False):
+    """Settings of the localizer."""
+
+    mode: Mode
+    """Which landmarks hold the pose: those of the map; found on the way; both; the reflectors of the map; both, all of
+    them estimated with the pose (EKF-SLAM)."""
+    gate: float
+    """Share of true pairs that pass the gates, individual and joint."""
+    orientation_max: float
+    """Corners are paired when their orientations differ by less than this [rad] ..."""
+    descriptor_max: int
+    """... and at most so many of the 128 cells of their descriptors."""
+    max_nodes: int
+    """Steps of the joint search, at most; beyond, mutual nearest neighbours that are clearly nearest."""
+    range_max: float
+    """Observations beyond this range are not used [m]."""
+    memory: int
+    """Landmarks of the map whose error is remembered, at most."""
+    dynamic: DynamicOptions
+    lost: LostOptions
