@@ -7,8 +7,10 @@ pub mod least_squares;
 pub mod loss;
 mod selected_inverse;
 pub mod sparse;
+pub mod udu;
 
 pub use block_matrix::BlockMatrix;
 pub use error::Error;
 pub use loss::Loss;
 pub use sparse::Cholesky;
+pub use udu::Udu;

@@ -1,0 +1,16 @@
+//! Fixed cameras that never share a view, tied together by the odometry of a robot that carries a target.
+//!
+//! Errors of poses are *world-frame* errors here, `T = Exp(xi) T^`, against the rule of the other crates: see
+//! [`measurement`] for why consistency hangs on it.
+
+pub mod error;
+pub mod filter;
+pub mod floor;
+pub mod measurement;
+pub mod odometry;
+
+pub use error::Error;
+pub use filter::NetworkFilter;
+pub use floor::Floor;
+pub use measurement::View;
+pub use odometry::OdometryNoise;
