@@ -18,6 +18,12 @@ pub enum SimulationError {
     /// Nobody has drawn this scene.
     #[error("no scene is called {0:?}: try one of {names}", names = crate::scenario::SCENES.join(", "))]
     UnknownScene(String),
+    /// Nobody has drawn this network of cameras.
+    #[error("no network is called {0:?}: try one of {names}", names = crate::network::NETWORK_SCENES.join(", "))]
+    UnknownNetwork(String),
+    /// A camera or a target of the scene makes no sense.
+    #[error("{0}")]
+    Scene(String),
     /// The route has no leg.
     #[error("the route leads nowhere")]
     EmptyRoute,

@@ -6,6 +6,7 @@
 
 pub mod drive;
 pub mod error;
+pub mod network;
 pub mod random;
 pub mod scanner;
 pub mod scenario;

@@ -18,6 +18,14 @@ pub enum Purpose {
     Ranges,
     /// Times at which the odometry stalls.
     Stalls,
+    /// Errors of lenses.
+    Lenses,
+    /// How a target is mounted on its robot.
+    Mounting,
+    /// Unevenness of the floor.
+    Floor,
+    /// Noise of the corners of targets.
+    Corners,
 }
 
 /// Random numbers for one purpose.
