@@ -99,7 +99,11 @@ fn equals_the_dense_filter_through_moves_births_and_measurements() {
         let rows = 1 + step % 8;
         let (at, size) = born[step % born.len()];
         let h = Rows {
-            blocks: vec![(at, draw.matrix(rows, size)), (udu.head(0), draw.matrix(rows, 6)), (udu.head(1), draw.matrix(rows, 6))],
+            blocks: vec![
+                (at, draw.matrix(rows, size)),
+                (udu.head(0), draw.matrix(rows, 6)),
+                (udu.head(1), draw.matrix(rows, 6)),
+            ],
         };
         let root: DMatrix<f64> = draw.matrix(rows, rows);
         let r = &root * root.transpose() * 0.01 + DMatrix::identity(rows, rows) * 0.01;
@@ -112,7 +116,11 @@ fn equals_the_dense_filter_through_moves_births_and_measurements() {
         close(&udu.covariance(), &dense.p, 1e-10);
     }
     let (at, size) = born[0];
-    close(&udu.covariance_block(at, udu.head(1), size, 6), &dense.p.view((at, dense.p.nrows() - 6), (size, 6)).into_owned(), 1e-9);
+    close(
+        &udu.covariance_block(at, udu.head(1), size, 6),
+        &dense.p.view((at, dense.p.nrows() - 6), (size, 6)).into_owned(),
+        1e-9,
+    );
     assert!(born.iter().zip(&born[1..]).all(|(a, b)| a.0 + a.1 == b.0), "states keep their index");
 }
 

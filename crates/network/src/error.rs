@@ -8,6 +8,16 @@ pub enum Error {
     /// The numerical part failed.
     #[error(transparent)]
     Estimation(#[from] groma_estimation::Error),
+    /// A setting is out of range.
+    #[error("{name} = {value}: {rule}")]
+    Setting {
+        /// Its path.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        rule: &'static str,
+    },
     /// There is nothing to estimate from.
     #[error("{0}")]
     NoData(String),

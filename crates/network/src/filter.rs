@@ -160,7 +160,8 @@ impl<T: Real> NetworkFilter<T> {
     pub fn birth(&mut self, view: &View, root: &DMatrix<f64>) -> Result<usize, Error> {
         let m = root.nrows();
         let b_inverse = (self.robot * self.mount).adjoint();
-        let noise = Cholesky::new(view.covariance).ok_or(groma_estimation::Error::NotPositiveDefinite { block: 0 })?.l();
+        let noise =
+            Cholesky::new(view.covariance).ok_or(groma_estimation::Error::NotPositiveDefinite { block: 0 })?.l();
         let mut own = DMatrix::zeros(6 + m, 6 + root.ncols());
         own.view_mut((0, 0), (6, 6)).copy_from(&(b_inverse * noise));
         own.view_mut((0, 6), (6, root.ncols())).copy_from(&(b_inverse * &view.sensitivity * root));
@@ -205,7 +206,8 @@ impl<T: Real> NetworkFilter<T> {
         let (b, b_mount) = jacobians(&self.robot, &self.mount);
         let mut own = dynamic(&-b).resize_horizontally(6 + view.sensitivity.ncols(), 0.0);
         own.columns_mut(6, view.sensitivity.ncols()).copy_from(&view.sensitivity);
-        let blocks = [(camera.first, own), (self.udu.head(MOUNT), dynamic(&b_mount)), (self.udu.head(ROBOT), dynamic(&b))];
+        let blocks =
+            [(camera.first, own), (self.udu.head(MOUNT), dynamic(&b_mount)), (self.udu.head(ROBOT), dynamic(&b))];
         Rows { blocks: blocks.iter().map(|(at, block)| (*at, narrow(block))).collect() }
     }
 

@@ -3,14 +3,20 @@
 //! Errors of poses are *world-frame* errors here, `T = Exp(xi) T^`, against the rule of the other crates: see
 //! [`measurement`] for why consistency hangs on it.
 
+pub mod batch;
 pub mod error;
 pub mod filter;
 pub mod floor;
 pub mod measurement;
 pub mod odometry;
+pub mod options;
+pub mod survey;
+pub mod view;
 
 pub use error::Error;
 pub use filter::NetworkFilter;
 pub use floor::Floor;
 pub use measurement::View;
 pub use odometry::OdometryNoise;
+pub use options::Options;
+pub use survey::{NetworkMap, Survey};

@@ -71,12 +71,7 @@ impl<T: Real> Udu<T> {
     /// # Errors
     /// [`Error::Size`] as above, [`Error::NotPositiveDefinite`] for an R that is not, [`Error::NotFinite`] for an
     /// innovation or an H that is not; nothing is changed then.
-    pub fn update(
-        &mut self,
-        h: &Rows<T>,
-        innovation: &DVector<T>,
-        noise: &DMatrix<T>,
-    ) -> Result<Correction<T>, Error> {
+    pub fn update(&mut self, h: &Rows<T>, innovation: &DVector<T>, noise: &DMatrix<T>) -> Result<Correction<T>, Error> {
         self.check_rows(h, innovation.len())?;
         check("noise (rows)", innovation.len(), noise.nrows())?;
         let root = Cholesky::new(noise.clone()).ok_or(Error::NotPositiveDefinite { block: 0 })?.l();

@@ -1,0 +1,169 @@
+//! The map of a network: values only.
+
+use super::alarm::{Moved, Slip, slip};
+use super::filtering::Filtered;
+use super::refine::Refined;
+use super::{Halt, Survey};
+use crate::batch::{Lens, Residuals};
+use groma_geometry::{LieGroup, Se2, Se3};
+use groma_models::Camera;
+use nalgebra::{DMatrix, Matrix6};
+
+/// What became of a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It placed its camera.
+    Born,
+    /// It passed the gate.
+    Taken,
+    /// It failed the gate.
+    Rejected,
+    /// Two poses explain it, and its camera is not placed yet.
+    Undecided,
+    /// No pose explains it.
+    NoPose,
+}
+
+/// A view and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// Number of the stop.
+    pub stop: usize,
+    /// Number of the camera.
+    pub camera: usize,
+    /// Number of the place that it speaks of.
+    pub place: Option<usize>,
+    /// Squared Mahalanobis distance of its innovation, 6 degrees of freedom; 0 for a birth, NaN without a pose.
+    pub nis: f64,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+/// Where a camera is and what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraResult {
+    /// Number of the camera.
+    pub camera: usize,
+    /// Number of the stop from which on it is there.
+    pub since: usize,
+    /// Whether it is there still.
+    pub current: bool,
+    /// `T_W_C`.
+    pub pose: Se3,
+    /// Covariance of position [m] and rotation [rad], both in the axes of the world: x, y, z, rot x, rot y, rot z.
+    pub covariance: Matrix6<f64>,
+    /// Its intrinsics after the survey.
+    pub intrinsics: Camera,
+    /// Covariance of their parameters.
+    pub intrinsics_covariance: DMatrix<f64>,
+    /// Views that hold it.
+    pub views: usize,
+    /// Sum of squares of its corners, in standard deviations, and their number of coordinates.
+    pub chi_square: (f64, usize),
+}
+
+/// The map.
+#[derive(Clone, Debug)]
+pub struct NetworkMap {
+    /// Places of cameras, in the order in which they were first seen.
+    pub cameras: Vec<CameraResult>,
+    /// Joint covariance of all of them, six rows each as in [`CameraResult::covariance`]; nothing for a large network.
+    pub joint: Option<DMatrix<f64>>,
+    /// Number of the halt, pose `T_W_R` and its covariance (position, rotation) at each stop that holds the map.
+    pub stops: Vec<(usize, Se3, Matrix6<f64>)>,
+    /// Odometry alone at each halt, from the first.
+    pub odometry: Vec<Se2>,
+    /// `T_R_B`: what is left to add to the target file, and the covariance of mu.
+    pub mount: (Se3, Matrix6<f64>),
+    /// All views.
+    pub judged: Vec<Judged>,
+    /// Which views the map rests on, by their number in `judged`.
+    pub used: Vec<usize>,
+    /// Cameras that were moved.
+    pub moved: Vec<Moved>,
+    /// Whether the odometry seems to have slipped.
+    pub slip: Option<Slip>,
+    /// What is left.
+    pub residuals: Residuals,
+    /// Unknowns of the batch that are not held by a prior alone.
+    pub unknowns: usize,
+    /// Steps of the batch, and whether it converged.
+    pub steps: (usize, bool),
+}
+
+pub(super) fn assemble(
+    s: &Survey,
+    lenses: &[Lens],
+    halts: &[Halt],
+    filtered: &Filtered,
+    refined: Refined,
+) -> NetworkMap {
+    let Refined { solution, halts: stops, views } = refined;
+    let state = &solution.state;
+    let turned: Vec<Matrix6<f64>> = state.places.iter().map(about_own_centre).collect();
+    let camera = |k: usize| {
+        let place = filtered.places[k];
+        let lens = &lenses[place.camera];
+        let own = views.iter().zip(&solution.residuals.views);
+        let own: Vec<_> = own.filter(|(j, _)| filtered.judged[**j].place == Some(k)).map(|(_, chi)| *chi).collect();
+        CameraResult {
+            camera: place.camera,
+            since: place.since,
+            current: !filtered.moved.iter().any(|moved| moved.from == k),
+            pose: state.places[k],
+            covariance: turned[k] * solution.spread.places[k] * turned[k].transpose(),
+            intrinsics: lens.calibrated(&state.calibrations[place.camera]),
+            intrinsics_covariance: &lens.basis * &solution.spread.calibrations[place.camera] * lens.basis.transpose(),
+            views: own.len(),
+            chi_square: own.iter().fold((0.0, 0), |sum, chi| (sum.0 + chi.0, sum.1 + chi.1)),
+        }
+    };
+    let unknowns = 6 * (stops.len() + state.places.len()) - 3;
+    NetworkMap {
+        cameras: (0..state.places.len()).map(camera).collect(),
+        joint: solution.spread.joint.as_ref().map(|joint| turned_all(joint, &turned)),
+        stops: stops
+            .iter()
+            .zip(state.stops.iter().zip(&solution.spread.stops))
+            .map(|(&halt, (pose, covariance))| {
+                let turn = about_own_centre(pose);
+                (halt, *pose, turn * covariance * turn.transpose())
+            })
+            .collect(),
+        odometry: halts.iter().map(|halt| halts[0].pose.between(&halt.pose)).collect(),
+        mount: (state.mount, solution.spread.mount),
+        judged: filtered.judged.clone(),
+        used: views,
+        slip: slip(&filtered.moved, s.cameras.len()),
+        moved: filtered.moved.clone(),
+        residuals: solution.residuals,
+        unknowns,
+        steps: (solution.iterations, solution.converged),
+    }
+}
+
+/// From the world-frame error of a pose to the errors of its position and rotation, both in the axes of the world:
+/// `dp = rho + w x p`.
+#[must_use]
+pub fn about_own_centre(pose: &Se3) -> Matrix6<f64> {
+    let mut turn = Matrix6::identity();
+    turn.fixed_view_mut::<3, 3>(0, 3).copy_from(&-pose.translation.cross_matrix());
+    turn
+}
+
+fn turned_all(joint: &DMatrix<f64>, turned: &[Matrix6<f64>]) -> DMatrix<f64> {
+    let mut out = joint.clone();
+    for (i, a) in turned.iter().enumerate() {
+        for (j, b) in turned.iter().enumerate() {
+            let block = a * joint.fixed_view::<6, 6>(6 * i, 6 * j) * b.transpose();
+            out.fixed_view_mut::<6, 6>(6 * i, 6 * j).copy_from(&block);
+        }
+    }
+    out
+}
+
+/// The errors of position and rotation of an estimate, in the axes of the world.
+#[must_use]
+pub fn errors(estimate: &Se3, truth: &Se3) -> nalgebra::Vector6<f64> {
+    about_own_centre(estimate) * (*truth * estimate.inverse()).log()
+}

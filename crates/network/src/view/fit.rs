@@ -1,0 +1,120 @@
+//! The pose of the target that explains its corners in one image, and what of the camera's calibration goes into it.
+//!
+//! ```text
+//! r_i = (pi(theta, Z p_i) - z_i) / sigma_i,     Z <- Z Exp(d),     dp_C/dd = R [I, -[p]_x]
+//! Cov(d) = (J^T J)^-1,     S = (J^T J)^-1 J^T J_theta E
+//! ```
+//!
+//! minimised by Levenberg-Marquardt with Huber's loss on each corner. E takes the calibration states b to theta:
+//! `theta = theta^ + E b`, so S says how Z moves when the calibration that it was computed with is off by b.
+
+use super::Corner;
+use groma_estimation::Loss;
+use groma_geometry::{LieGroup, Se3};
+use groma_models::Camera;
+use nalgebra::{DMatrix, Matrix3x6, Matrix6, Vector6};
+
+/// Corners further off than this, in standard deviations, weigh less.
+const LOSS: Loss = Loss::Huber(3.0);
+const ITERATIONS: usize = 50;
+/// A step that promises less than this is the last [chi-square].
+const ENOUGH: f64 = 1e-9;
+const FIRST_DAMPING: f64 = 1e-4;
+
+/// A pose and what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// `Z = T_C_B`.
+    pub pose: Se3,
+    /// Covariance of d from the noise of the corners.
+    pub covariance: Matrix6<f64>,
+    /// S, 6 x m.
+    pub sensitivity: DMatrix<f64>,
+    /// Robust cost, and as a sum of squares a chi-square with `2 corners - 6` degrees of freedom.
+    pub cost: f64,
+    /// Number of corners.
+    pub corners: usize,
+}
+
+/// The normal equations of a view at a pose: `1/2 d^T A d + d^T C b + 1/2 b^T D b + g^T d + q^T b`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Normal {
+    /// A.
+    pub pose: Matrix6<f64>,
+    /// C, 6 x m.
+    pub coupling: DMatrix<f64>,
+    /// D, m x m.
+    pub calibration: DMatrix<f64>,
+    /// g.
+    pub gradient: Vector6<f64>,
+    /// q.
+    pub calibration_gradient: nalgebra::DVector<f64>,
+    /// Robust cost.
+    pub cost: f64,
+    /// Sum of squares.
+    pub chi_square: f64,
+}
+
+/// The normal equations at a pose; nothing when the camera cannot see a corner from there.
+#[must_use]
+pub fn normal(camera: &Camera, basis: &DMatrix<f64>, corners: &[Corner], pose: &Se3) -> Option<Normal> {
+    let m = basis.ncols();
+    let r = pose.rotation.matrix();
+    let mut sum = Normal {
+        pose: Matrix6::zeros(),
+        coupling: DMatrix::zeros(6, m),
+        calibration: DMatrix::zeros(m, m),
+        gradient: Vector6::zeros(),
+        calibration_gradient: nalgebra::DVector::zeros(m),
+        cost: 0.0,
+        chi_square: 0.0,
+    };
+    for corner in corners {
+        let seen = camera.project_with_jacobians(&pose.act(&corner.point))?;
+        let mut by_twist = Matrix3x6::zeros();
+        by_twist.fixed_view_mut::<3, 3>(0, 0).copy_from(&r);
+        by_twist.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r * corner.point.cross_matrix()));
+        let residual = (seen.pixel - corner.pixel) / corner.sigma;
+        let j = seen.by_point * by_twist / corner.sigma;
+        let square = residual.norm_squared();
+        let weight = LOSS.weight(square);
+        sum.pose += j.transpose() * j * weight;
+        sum.gradient += j.transpose() * residual * weight;
+        sum.cost += LOSS.rho(square);
+        sum.chi_square += square;
+        if m > 0 {
+            let j_b = seen.by_parameters.columns(0, basis.nrows()) * basis / corner.sigma;
+            sum.coupling += j.transpose() * &j_b * weight;
+            sum.calibration += j_b.transpose() * &j_b * weight;
+            sum.calibration_gradient += j_b.transpose() * residual * weight;
+        }
+    }
+    sum.cost.is_finite().then_some(sum)
+}
+
+/// The best pose near `start`; nothing when it is not determined or not reached.
+#[must_use]
+pub fn fit(camera: &Camera, basis: &DMatrix<f64>, corners: &[Corner], start: &Se3) -> Option<Fit> {
+    let none = DMatrix::zeros(basis.nrows(), 0);
+    let mut pose = *start;
+    let mut at = normal(camera, &none, corners, &pose)?;
+    let mut damping = FIRST_DAMPING;
+    for _ in 0..ITERATIONS {
+        let damped = at.pose + Matrix6::from_diagonal(&(at.pose.diagonal() * damping));
+        let step = -damped.cholesky()?.solve(&at.gradient);
+        let moved = pose.plus(&step);
+        let promise = -step.dot(&at.gradient);
+        match normal(camera, &none, corners, &moved).filter(|next| next.cost <= at.cost) {
+            Some(next) => (pose, at, damping) = (moved, next, damping / 10.0),
+            None if promise < ENOUGH => break,
+            None => damping *= 10.0,
+        }
+        if promise < ENOUGH {
+            break;
+        }
+    }
+    let at = normal(camera, basis, corners, &pose)?;
+    let covariance = at.pose.cholesky()?.inverse();
+    let sensitivity = DMatrix::from_column_slice(6, 6, covariance.as_slice()) * &at.coupling;
+    Some(Fit { pose, covariance, sensitivity, cost: at.cost, corners: corners.len() })
+}
