@@ -1,4 +1,8 @@
-"""`groma simulate`: a recording of a building that does not exist, with the truth beside it."""
+"""`groma simulate`: a recording of a building that does not exist, with the truth beside it.
+
+`groma simulate SCENE` is the verb itself; what is simulated for one purpose (a calibration, ...) is a verb below it, in
+a file of its own.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from groma.errors import UserError
 from groma.io.recording import write_recording
@@ -17,7 +21,10 @@ from groma.simulation import simulate as run
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
+app = App(name="simulate")
 
+
+@app.default
 def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")], seed: int = 1) -> None:
     """Simulate a drive: writes FILE, FILE-truth.tum and FILE.relations (FILE without its suffix).
 
