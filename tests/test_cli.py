@@ -20,6 +20,7 @@ COMMANDS = [
     ["inspect"],
     ["map"],
     ["simulate"],
+    ["simulate", "vehicle"],
     ["config"],
     ["evaluate", "trajectory"],
     ["evaluate", "features"],
@@ -114,6 +115,10 @@ MISTAKES = {
     "simulate rooms -o {folder}/x.bag": ".mcap",
     "simulate rooms -o {folder}/none/x.mcap": "cannot be written",
     "simulate rooms -o {folder}/x.mcap --seed=-1": "--seed",
+    "simulate vehicle -o {folder}/x.bag": ".mcap",
+    "simulate vehicle -o {folder}/x.mcap --arcs 15": "multiple of 4",
+    "simulate vehicle -o {folder}/x.mcap --duration nan": "--duration",
+    "simulate vehicle -o {folder}/x.mcap --delay nan": "delay",
 }
 
 

@@ -6,6 +6,7 @@ Poses are ``T_parent_child``. Readers normalise to these; nothing else in groma 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,8 @@ class JointState:
     names: tuple[str, ...]
     positions: Array
     velocities: Array
+    unit: Literal["rad", "tick"] = "rad"
+    """Of the positions: counts where nobody knows how many make a turn."""
 
 
 @dataclass(frozen=True, slots=True)

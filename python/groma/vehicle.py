@@ -7,8 +7,8 @@ The frame of the vehicle (``base_link``) lies midway between the fixed wheels, x
                   its angle                            delta = steering_gain alpha + steering_offset
                   base                                 v = d cos(delta),  turn = d sin(delta) / wheelbase
     tricycle-asymmetric    as above, with one offset for n > 0 and one for n < 0
-    differential  base   v = (radius_left n_l + radius_right n_r) / 2
-                         turn = (radius_right n_r - radius_left n_l) / axle
+    differential  base   v = (left_radius n_l + right_radius n_r) / 2
+                         turn = (right_radius n_r - left_radius n_l) / axle
 
 A counter that reads radians makes ``drive_scale`` and the radii the radii of wheels [m]; one that reads ticks makes
 them metres per tick. A scan stamped t is of the wheels' time ``t + delay``. The laser's height, roll and pitch do not
@@ -40,7 +40,7 @@ PARAMETERS: Mapping[str, tuple[str, ...]] = {
         "steering_gain",
         *COMMON,
     ),
-    "differential": ("radius_left", "radius_right", "axle", *COMMON),
+    "differential": ("left_radius", "right_radius", "axle", *COMMON),
 }
 """Parameters of a model by name, in the order of files and tables."""
 JOINTS: Mapping[str, tuple[str, ...]] = {

@@ -36,7 +36,7 @@ def test_a_vehicle_reads_back_exactly(model: Model, tmp_path: Path) -> None:
 def test_a_file_may_be_written_by_hand(tmp_path: Path) -> None:
     file = tmp_path / "vehicle.toml"
     file.write_text(
-        'version = 1\nmodel = "differential"\n[parameters]\nradius_left = 0.1\nradius_right = 0.1\naxle = 1\n'
+        'version = 1\nmodel = "differential"\n[parameters]\nleft_radius = 0.1\nright_radius = 0.1\naxle = 1\n'
         "laser_x = 0.2\nlaser_y = 0\nlaser_yaw = 0.0\n"
     )
     read = read_vehicle(file)

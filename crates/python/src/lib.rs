@@ -1,6 +1,7 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
 mod camera;
+mod egomotion;
 mod features;
 mod localization;
 mod mapping;
@@ -13,6 +14,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
+    egomotion::register(m)?;
     features::register(m)?;
     localization::register(m)?;
     mapping::register(m)?;

@@ -1,8 +1,11 @@
 //! Simulated recordings: a scenario as JSON in, arrays out.
 
 use groma_geometry::Se2;
+use groma_simulation::calibration::Drivetrain;
 use groma_simulation::world::Shape;
-use groma_simulation::{Scenario, Simulated, simulate};
+use groma_simulation::{
+    CalibrationDrive, CalibrationScenario, Scenario, Simulated, simulate, simulate_calibration as calibration_drive,
+};
 use numpy::ndarray::{Array1, Array2};
 use numpy::{PyArray1, PyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
@@ -28,6 +31,9 @@ struct SimulatedArrays {
 /// Adds the functions of this file to the module.
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<SimulatedArrays>()?;
+    m.add_class::<CalibrationArrays>()?;
+    m.add_function(wrap_pyfunction!(calibration_scenario, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate_calibration, m)?)?;
     m.add_function(wrap_pyfunction!(simulation_scenes, m)?)?;
     m.add_function(wrap_pyfunction!(simulation_scenario, m)?)?;
     m.add_function(wrap_pyfunction!(simulate_scenario, m)?)
@@ -82,6 +88,43 @@ fn surfaces(simulated: &Simulated) -> (Vec<f64>, Vec<f64>) {
         }
     }
     (segments, circles)
+}
+
+/// A simulated recording for calibration and its truth, as arrays.
+#[pyclass(frozen, get_all, module = "groma._core")]
+struct CalibrationArrays {
+    scan_stamps: Py<PyArray1<f64>>,
+    scan_poses: Py<PyArray2<f64>>,
+    ranges: Py<PyArray2<f64>>,
+    wheel_stamps: Py<PyArray1<f64>>,
+    readings: Py<PyArray2<f64>>,
+    truth: Py<PyArray2<f64>>,
+}
+
+/// The scenario for a drivetrain (JSON), as JSON.
+#[pyfunction]
+fn calibration_scenario(drivetrain: &str, seed: u64) -> PyResult<String> {
+    let drivetrain: Drivetrain = serde_json::from_str(drivetrain).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    serde_json::to_string(&CalibrationScenario::new(drivetrain, seed)).map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
+#[pyfunction]
+fn simulate_calibration(py: Python<'_>, scenario: &str) -> PyResult<CalibrationArrays> {
+    let scenario: CalibrationScenario =
+        serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let drive = py.detach(|| calibration_drive(&scenario)).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(calibration_arrays(py, scenario.scanner.beams, &drive))
+}
+
+fn calibration_arrays(py: Python<'_>, beams: usize, drive: &CalibrationDrive) -> CalibrationArrays {
+    CalibrationArrays {
+        scan_stamps: column(py, drive.scans.iter().map(|scan| scan.stamp)),
+        scan_poses: poses(py, drive.scan_poses.iter()),
+        ranges: rows(py, beams, drive.scans.iter().flat_map(|scan| scan.ranges.iter().copied())),
+        wheel_stamps: column(py, drive.stamps.iter().copied()),
+        readings: rows(py, 2, drive.readings.iter().flatten().copied()),
+        truth: poses(py, drive.truth.iter()),
+    }
 }
 
 fn column(py: Python<'_>, values: impl Iterator<Item = f64>) -> Py<PyArray1<f64>> {

@@ -43,7 +43,7 @@ impl SurfaceScan {
     /// (body frame, per second) during the sweep.
     #[must_use]
     pub fn new(scan: &LaserScan, t_base_laser: &Se2, twist: Vector3<f64>) -> Self {
-        let hits = Hits::new(scan, t_base_laser, twist);
+        let hits = Hits::new(scan, t_base_laser, twist, 0.0);
         let mut out = Self::default();
         let mut last: Option<usize> = None;
         for i in 0..hits.points.len() {
@@ -56,7 +56,7 @@ impl SurfaceScan {
             }
             last = Some(i);
             out.points.push(hits.points[i]);
-            out.normals.push(hits.normal(i).unwrap_or_else(Vector2::zeros));
+            out.normals.push(hits.line(i).map_or_else(Vector2::zeros, |line| line.normal));
         }
         out
     }
@@ -68,15 +68,25 @@ impl SurfaceScan {
     }
 }
 
+/// The line through the neighbourhood of a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// The centre of the neighbourhood [m].
+    pub through: Vector2<f64>,
+    /// Unit normal that points to the sensor.
+    pub normal: Vector2<f64>,
+}
+
 /// All hits of a scan, cut into segments at gaps.
-struct Hits {
-    points: Vec<Vector2<f64>>,
+pub(crate) struct Hits {
+    pub(crate) points: Vec<Vector2<f64>>,
     origins: Vec<Vector2<f64>>,
     segment: Vec<u32>,
 }
 
 impl Hits {
-    fn new(scan: &LaserScan, t_base_laser: &Se2, twist: Vector3<f64>) -> Self {
+    /// In the frame of the vehicle at `reference` seconds after the stamp.
+    pub(crate) fn new(scan: &LaserScan, t_base_laser: &Se2, twist: Vector3<f64>, reference: f64) -> Self {
         let still = twist == Vector3::zeros() || scan.geometry.time_increment == 0.0;
         let step = scan.geometry.angle_increment.abs();
         let mut hits = Self { points: Vec::new(), origins: Vec::new(), segment: Vec::new() };
@@ -86,7 +96,7 @@ impl Hits {
             let t = if still {
                 *t_base_laser
             } else {
-                Se2::exp(twist * (beam as f64 * scan.geometry.time_increment)) * *t_base_laser
+                Se2::exp(twist * (beam as f64 * scan.geometry.time_increment - reference)) * *t_base_laser
             };
             let (p, range) = (t.act(p_laser), scan.ranges[beam]);
             if let Some((last_beam, last_range, last_p)) = last {
@@ -121,8 +131,8 @@ impl Hits {
         (first, last)
     }
 
-    /// The normal at hit `i`, if its neighbourhood is a line.
-    fn normal(&self, i: usize) -> Option<Vector2<f64>> {
+    /// The line at hit `i`, if its neighbourhood is one.
+    pub(crate) fn line(&self, i: usize) -> Option<Line> {
         let (first, last) = self.neighbourhood(i);
         let n = (last - first + 1) as f64;
         if n < 3.0 {
@@ -146,7 +156,7 @@ impl Hits {
         let along = 0.5 * (sxy / n).atan2(half_difference);
         let normal = Vector2::new(-along.sin(), along.cos());
         let outward = normal.dot(&(self.origins[i] - self.points[i])) < 0.0;
-        Some(if outward { -normal } else { normal })
+        Some(Line { through: mean, normal: if outward { -normal } else { normal } })
     }
 }
 

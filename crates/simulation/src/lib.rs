@@ -4,6 +4,7 @@
 //! wrong with them; [`simulate`] turns it into scans, odometry, joint readings and the truth. Estimators never see
 //! this crate; the same scenario gives the same numbers everywhere.
 
+pub mod calibration;
 pub mod drive;
 pub mod error;
 pub mod network;
@@ -14,6 +15,7 @@ pub mod scenes;
 pub mod simulate;
 pub mod world;
 
+pub use calibration::{CalibrationDrive, CalibrationScenario, simulate_calibration};
 pub use error::SimulationError;
 pub use scanner::Scanner;
 pub use scenario::Scenario;

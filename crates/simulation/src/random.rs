@@ -26,6 +26,8 @@ pub enum Purpose {
     Floor,
     /// Noise of the corners of targets.
     Corners,
+    /// Where a driver goes.
+    Driver,
 }
 
 /// Random numbers for one purpose.

@@ -22,6 +22,7 @@ Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
 app = App(name="simulate")
+app.command("groma.cli.simulate_vehicle:vehicle")
 
 
 @app.default
@@ -41,7 +42,7 @@ def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")],
     seed
         Draws the building and all noise.
     """
-    stem = _stem(output)
+    stem = recording_stem(output)
     if seed < 0:
         raise UserError(f"--seed {seed}: must be at least 0")
     simulated = run(scenario(scene, seed))
@@ -52,7 +53,14 @@ def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")],
     print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {seed}")
 
 
-def _stem(output: Path) -> Path:
+def recording_stem(output: Path) -> Path:
+    """Return the name of a recording without its suffix, for what is written beside it.
+
+    Raises
+    ------
+    UserError
+        When the suffix is that of no format that is written.
+    """
     for suffix in _SUFFIXES:
         if output.name.endswith(suffix) and output.name != suffix:
             return output.with_name(output.name.removesuffix(suffix))

@@ -24,7 +24,6 @@ _LINES = (
         "a log of Wean Hall kind (O and L lines in centimetres), which groma does not read",
     ),
     (re.compile(r"# ?UTIAS"), "a file of the MR.CLAM landmark dataset, which groma does not read"),
-    (re.compile(r"#? ?kinematic_model"), "a log of joint encoder ticks, which groma map cannot use: it holds no scans"),
     (re.compile(r"\{|\["), "JSON"),
     (
         re.compile(r"(-?[\d.e+-]+\s+){100}"),

@@ -1,6 +1,6 @@
 """Open a recording, whatever it is: the content decides, the suffix only helps.
 
-CARMEN logs, DP-SLAM logs, groma CSV (all plain or gzipped), ROS 1 bags, ROS 2 bags (folder, bare .mcap, bare .db3).
+CARMEN logs, DP-SLAM logs, groma CSV, logs for calibration (encoders, motion tuples, MINES rover; all plain or gzipped), ROS 1 bags, ROS 2 bags (folder, bare .mcap, bare .db3).
 What is none of these is refused in one line that says what it looks like.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 from groma.errors import UserError
-from groma.io import bag1, carmen, csv_log, db3, dpslam, mcap
+from groma.io import bag1, carmen, csv_log, db3, dpslam, encoder_log, mcap, mines, motion_tuples
 from groma.io.foreign import looks_like
 from groma.io.notes import Notes
 from groma.io.streams import Stream
@@ -111,7 +111,7 @@ def _open_bag(path: Path) -> Recording:
 
 
 _BAG_MAGICS = (bag1.MAGIC, mcap.MAGIC, db3.MAGIC)
-_READS = "groma reads CARMEN and DP-SLAM logs, ROS 1 and ROS 2 bags and its own CSV"
+_READS = "groma reads CARMEN and DP-SLAM logs, ROS 1 and ROS 2 bags, its own CSV and some logs for calibration"
 
 
 def _first_word(tags: Iterable[str]) -> re.Pattern[bytes]:
@@ -122,4 +122,7 @@ _TEXT_READERS: tuple[tuple[re.Pattern[bytes], Callable[[Path], Recording]], ...]
     (re.compile(rb"\A# groma csv|^(" + "|".join(csv_log.TAGS).encode() + rb"),", re.MULTILINE), csv_log.CsvRecording),
     (_first_word(carmen.TAGS), carmen.CarmenRecording),
     (_first_word(dpslam.TAGS), dpslam.DpSlamRecording),
+    (encoder_log.HEAD, encoder_log.EncoderLogRecording),
+    (motion_tuples.HEAD, motion_tuples.TupleRecording),
+    (mines.HEAD, mines.MinesRecording),
 )

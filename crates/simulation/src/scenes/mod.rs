@@ -5,6 +5,7 @@
 
 pub mod corridor_loop;
 pub mod face;
+pub mod hall;
 pub mod room;
 pub mod rooms;
 pub mod row;
