@@ -1,6 +1,7 @@
 """How a laser moved between chosen moments, from its scans alone: the Rust core in numpy terms.
 
-A station is a standstill ``(begin, end)``, whose scans are averaged, or a moment ``(t, t)``: the first scan from then on.
+A station is a standstill ``(begin, end)``, whose scans are averaged, or a moment ``(t, t)``: the first scan from then
+on.
 Motions run from each station to the next. Theory: docs/theory/egomotion.md.
 """
 
@@ -42,9 +43,7 @@ class LaserMotions:
     """Scans that were left out, by reason."""
 
 
-def laser_motions(
-    scans: Iterable[LaserScan], stations: ArrayLike, progress: Progress | None = None
-) -> LaserMotions:
+def laser_motions(scans: Iterable[LaserScan], stations: ArrayLike, progress: Progress | None = None) -> LaserMotions:
     """Measure the motions of a laser between stations.
 
     Parameters
@@ -66,5 +65,4 @@ def laser_motions(
         if progress:
             progress(count)
     found = core.finish()
-    names = ("start", "end", "motion", "covariance", "share", "scale")
-    return LaserMotions(*(found[name] for name in names), verdict=tuple(found["verdict"]), skipped=skipped)
+    return LaserMotions(**{**found, "verdict": tuple(found["verdict"])}, skipped=skipped)

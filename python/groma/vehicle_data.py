@@ -1,11 +1,11 @@
 """From a recording to what calibration takes: readings of the wheels, and motions of the laser with their covariances.
 
-The motions come from laser scans (:mod:`groma.egomotion`), or, where a recording has none, from poses of the sensor that
-somebody else measured: a tracker, another program's laser odometry, tuples of scan matching. What is left out is counted
-by reason.
+The motions come from laser scans (:mod:`groma.egomotion`), or, where a recording has none, from poses of the sensor
+that somebody else measured: a tracker, another program's laser odometry, tuples of scan matching. What is left out is
+counted by reason.
 
-Neighbouring motions of a drive share a scan, and with it half of their errors: the covariance of a motion and the next is
-``- 1/2 Sigma_k Ad(T_{k+1}^-1)^T``, with the errors of a motion taken to come from both its ends alike.
+Neighbouring motions of a drive share a scan, and with it half of their errors: the covariance of a motion and the next
+is ``- 1/2 Sigma_k Ad(T_{k+1}^-1)^T``, with the errors of a motion taken to come from both its ends alike.
 """
 
 from __future__ import annotations
@@ -150,12 +150,10 @@ def _from_poses(
 ) -> tuple[Segments, _Found]:
     """Return the motions between poses of the sensor: the mean of a standstill, the first from a moment on."""
     read = [
-        (m.stamp, m.x, m.y, m.theta)
-        for m in recording.messages({name})
-        if isinstance(m, Odometry) and m.stream == name
+        (m.stamp, m.x, m.y, m.theta) for m in recording.messages({name}) if isinstance(m, Odometry) and m.stream == name
     ]
     table = np.array(read, dtype=np.float64).reshape(-1, 4)
-    good = np.isfinite(table).all(axis=1)
+    good = _complete(table)
     counts["poses of the sensor that are no number"] += int((~good).sum())
     table = table[good][np.argsort(table[good][:, 0], kind="stable")]
     table = table[np.concatenate([[True], np.diff(table[:, 0]) > 0])[: len(table)]]
@@ -164,6 +162,10 @@ def _from_poses(
         cut = Segments("windows", np.column_stack([table[:, 0], table[:, 0]]))
     at = _poses_at(table, cut.stations)
     return cut, _between(at)
+
+
+def _complete(rows: Array) -> NDArray[np.bool_]:
+    return np.array([np.isfinite(row).all() for row in rows], dtype=np.bool_)
 
 
 def _poses_at(table: Array, stations: Array) -> Array:
@@ -184,7 +186,7 @@ def _between(at: Array) -> _Found:
     step = np.diff(at[:, 1:], axis=0)
     cos, sin = np.cos(at[:-1, 3]), np.sin(at[:-1, 3])
     x, y = cos * step[:, 0] + sin * step[:, 1], cos * step[:, 1] - sin * step[:, 0]
-    seen = np.isfinite(at).all(axis=1)
+    seen = _complete(at)
     good = seen[1:] & seen[:-1] & (np.diff(at[:, 0]) > 0)
     verdict = tuple("" if ok else "no pose at one of its ends" for ok in good)
     return _Found(at[:-1, 0], at[1:, 0], np.column_stack([x, y, step[:, 2]]), None, verdict)

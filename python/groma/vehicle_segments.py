@@ -1,7 +1,7 @@
 """Where a drive is cut into motions: between standstills, or into windows of ordinary driving.
 
-**Standstills.** Wheels that turn slower than ``STILL`` of their usual speed for ``LEAST_PAUSE`` seconds stand. A margin at
-both ends leaves room for a delay between the clocks of wheels and scans, and for the vehicle to settle.
+**Standstills.** Wheels that turn slower than ``STILL`` of their usual speed for ``LEAST_PAUSE`` seconds stand. A margin
+at both ends leaves room for a delay between the clocks of wheels and scans, and for the vehicle to settle.
 
 **Stop and go** is a drive with at least ``LEAST_MOVES`` moves between standstills, which last at most ``LONGEST_MOVE``
 each: every move is then one motion, whose ends are averaged over many scans. Any other drive is cut into windows of
@@ -73,7 +73,8 @@ def standstills(time: Array, counters: Array) -> Array:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
     spans = np.column_stack([time[edges[::2]], time[edges[1::2]]])
     spans = spans[spans[:, 1] - spans[:, 0] >= LEAST_PAUSE]
-    return spans + np.array([MARGIN, -MARGIN])
+    shrunk: Array = spans + np.array([MARGIN, -MARGIN])
+    return shrunk
 
 
 def turned(wheels: Wheels, model: Model, start: Array, end: Array) -> NDArray[np.bool_]:
@@ -82,4 +83,5 @@ def turned(wheels: Wheels, model: Model, start: Array, end: Array) -> NDArray[np
     rates = np.abs(np.diff(counters, axis=0)).max(axis=1) / np.diff(wheels.time)
     usual = np.percentile(rates[rates > 0], 90) if (rates > 0).any() else 0.0
     at = [np.column_stack([np.interp(t, wheels.time, column) for column in counters.T]) for t in (start, end)]
-    return np.abs(at[1] - at[0]).max(axis=1) > STILL * usual * (end - start)
+    moved: NDArray[np.bool_] = np.abs(at[1] - at[0]).max(axis=1) > STILL * usual * (end - start)
+    return moved

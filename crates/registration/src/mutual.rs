@@ -47,7 +47,7 @@ pub struct Mutual {
     pub pose: Se2,
     /// Covariance of `pose * exp(xi)`.
     pub covariance: Matrix3<f64>,
-    /// Share of the points of both scans that lie on a line of the other (within three scales).
+    /// Share of the points on lines of both scans that lie on one of the other (within three scales).
     pub share: f64,
     /// Robust spread of the residuals [m].
     pub scale: f64,
@@ -80,7 +80,8 @@ pub fn align_mutually(a: &Contour, b: &Contour, start: Se2) -> Mutual {
             break;
         }
     }
-    summary(&pairs(a, b, &pose, RADII[RADII.len() - 1]), a.points.len() + b.points.len(), pose, converged)
+    let lined = |c: &Contour| c.lines.iter().flatten().count();
+    summary(&pairs(a, b, &pose, RADII[RADII.len() - 1]), lined(a) + lined(b), pose, converged)
 }
 
 fn pairs(a: &Contour, b: &Contour, pose: &Se2, radius: f64) -> Vec<Pair> {

@@ -78,6 +78,8 @@ def _scenario(model: Model, drive: str, arcs: int, duration: float, delay: float
         raise UserError(f"--arcs {arcs}: must be a multiple of 4: every angle is driven left, right, forward, backward")
     if not 0 < duration < 1e5:
         raise UserError(f"--duration {duration}: must be above 0")
+    if not abs(delay) < 10:
+        raise UserError(f"--delay {delay}: is seconds, below 10")
     if seed < 0:
         raise UserError(f"--seed {seed}: must be at least 0")
     drivetrain: Tricycle | Differential = Differential() if model == "differential" else Tricycle()

@@ -81,11 +81,11 @@ def _messages(line: bytes, counts: tuple[float, float], traction: Counter) -> li
     values = [number(fields[k], "a field") for k in (1, 3, 4, 6, 7, 8, 10, 11, 12)]
     if not all(map(math.isfinite, values)):
         raise LineError("a field is no number")
-    stamp, steering, ticks = values[:3]
+    stamp, steering, ticks, x, y, theta, *tracked = values
     turn = 2 * math.pi
     positions = np.array([traction.read(ticks) * turn / counts[1], shorter_way(steering, counts[0]) * turn / counts[0]])
     return [
         JointState(stamp, JOINTS, NAMES, positions, np.full(2, np.nan)),
-        Odometry(stamp, MODEL, *values[3:6], "odom", "base_link"),
-        Odometry(stamp, TRACKER, *values[6:9], "tracker", "sensor"),
+        Odometry(stamp, MODEL, x, y, theta, "odom", "base_link"),
+        Odometry(stamp, TRACKER, tracked[0], tracked[1], tracked[2], "tracker", "sensor"),
     ]

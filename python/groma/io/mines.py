@@ -2,9 +2,9 @@
 
     time [us]  -  q1  q2  ..  682 ranges [mm] after 25 columns
 
-A Hokuyo URG-04LX, 360/1024 degrees a beam, ten scans a second; readings below 20 are codes for "nothing" (0) and errors.
-``q1`` and ``q2`` count the left and right wheel, 2000 to a turn; they are given out in radians. The log does not say where
-the laser sits.
+A Hokuyo URG-04LX, 360/1024 degrees a beam, ten scans a second; readings below 20 are codes for "nothing" (0) and
+errors. ``q1`` and ``q2`` count the left and right wheel, 2000 to a turn; they are given out in radians. The log does
+not say where the laser sits.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ class MinesRecording:
         self.notes = Notes()
         count = sum(1 for _ in numbered_lines(path, Notes()))
         self.streams = (Stream(SCAN, Kind.SCAN, count), Stream(JOINTS, Kind.JOINTS, count))
-        self.notes.assume("a Hokuyo URG-04LX of 682 beams, and 2000 counts to a turn of a wheel: the format has neither")
+        self.notes.assume(
+            "a Hokuyo URG-04LX of 682 beams, and 2000 counts to a turn of a wheel: the format has neither"
+        )
 
     def messages(self, streams: Collection[str] | None = None) -> Iterator[Message]:
         """Yield messages in the order of the file; see :class:`groma.io.recording.Recording`."""
@@ -58,7 +60,9 @@ class MinesRecording:
                 if len(fields) != BEFORE + BEAMS:
                     raise LineError(f"{len(fields)} columns, expected {BEFORE + BEAMS}")
                 stamp = number(fields[0], "time") * 1e-6
-                counts = [counter.read(number(field, "count")) for counter, field in zip(counters, fields[2:4], strict=True)]
+                counts = [
+                    counter.read(number(field, "count")) for counter, field in zip(counters, fields[2:4], strict=True)
+                ]
                 ranges = np.array([number(field, "range") for field in fields[BEFORE:]])
             except LineError as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", str(error))

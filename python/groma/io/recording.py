@@ -1,6 +1,7 @@
 """Open a recording, whatever it is: the content decides, the suffix only helps.
 
-CARMEN logs, DP-SLAM logs, groma CSV, logs for calibration (encoders, motion tuples, MINES rover; all plain or gzipped), ROS 1 bags, ROS 2 bags (folder, bare .mcap, bare .db3).
+CARMEN logs, DP-SLAM logs, groma CSV, logs for calibration (encoder logs, motion tuples, MINES rover; all plain or
+gzipped), ROS 1 bags, ROS 2 bags (folder, bare .mcap, bare .db3).
 What is none of these is refused in one line that says what it looks like.
 """
 

@@ -1,9 +1,10 @@
 """The wheels of a recording: which joints are the driven wheels and the steering, and their readings in order of time.
 
-Choice when not told: the joint stream with most messages; in it, for a tricycle, the joint whose name has ``steer`` in it
-and the one called traction, drive, front or wheel; for a differential drive those called left and right. A recording that
-has no joints but odometry of a differential drive can serve: the wheels that would have made it, on an axle of 1 m, are
-then "read", so that the radii found are factors on the wheels of that odometry, and the axle one on its separation.
+Choice when not told: the joint stream with most messages; in it, for a tricycle, the joint whose name has ``steer`` in
+it and the one called traction, drive, front or wheel; for a differential drive those called left and right. A
+recording that has no joints but odometry of a differential drive can serve: the wheels that would have made it, on an
+axle of 1 m, are then "read", so that the radii found are factors on the wheels of that odometry, and the axle one on
+its separation.
 
 Readings are sorted; those that are no numbers or repeat a time are left out and counted. Angles that jump by a turn are
 unrolled. Where a counter leaps (a reset) or readings are missing, the log is broken: no motion is taken across.
@@ -59,9 +60,7 @@ class Wheels:
     notes: tuple[str, ...] = ()
 
 
-def read_wheels(
-    recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = ()
-) -> Wheels:
+def read_wheels(recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = ()) -> Wheels:
     """Read the wheels of a vehicle.
 
     Parameters
@@ -87,7 +86,10 @@ def read_wheels(
     columns, unit = _columns(recording, name)
     chosen = _joints(recording, name, columns, model, joints)
     if not joints:
-        notes.append(f"joints of {name}: " + ", ".join(f"{joint} ({what})" for joint, what in zip(chosen, JOINTS[model], strict=True)))
+        notes.append(
+            f"joints of {name}: "
+            + ", ".join(f"{joint} ({what})" for joint, what in zip(chosen, JOINTS[model], strict=True))
+        )
     table = _merged([columns[joint] for joint in chosen])
     return _wheels(table, model, chosen, unit, Counter(), notes)
 
@@ -134,7 +136,11 @@ def _columns(recording: Recording, stream: str) -> tuple[dict[str, list[tuple[fl
 
 
 def _joints(
-    recording: Recording, stream: str, columns: dict[str, list[tuple[float, float]]], model: Model, wanted: Sequence[str]
+    recording: Recording,
+    stream: str,
+    columns: dict[str, list[tuple[float, float]]],
+    model: Model,
+    wanted: Sequence[str],
 ) -> tuple[str, ...]:
     there = f"{recording.path}: joints of {stream}: {', '.join(columns) or 'none'}"
     if wanted:
@@ -146,7 +152,9 @@ def _joints(
     for what in sorted(JOINTS[model], key=lambda w: w != "steering"):
         matches = [name for name in free if _PATTERNS[what].search(name)] or (list(free) if len(free) == 1 else [])
         if len(matches) != 1:
-            raise UserError(f"{there}: {len(matches)} may be the {what} joint: name {' and '.join(JOINTS[model])} with --joints")
+            raise UserError(
+                f"{there}: {len(matches)} may be the {what} joint: name {' and '.join(JOINTS[model])} with --joints"
+            )
         chosen[what] = matches[0]
         free.pop(matches[0])
     return tuple(chosen[what] for what in JOINTS[model])
