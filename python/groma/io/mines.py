@@ -24,7 +24,7 @@ from groma.io.text_lines import numbered_lines
 from groma.models import BeamGeometry, JointState, LaserScan, Message
 
 BEAMS, BEFORE = 682, 25
-HEAD = re.compile(rb"\A(-?[\d.]+\s+){%d}" % (BEFORE + BEAMS - 1))
+HEAD = re.compile(rb"\A(-?[\d.]+[ \t]+){%d}" % (BEFORE + BEAMS - 1))
 SCAN, JOINTS = "scan", "wheels"
 NAMES = ("left_wheel", "right_wheel")
 COUNTS = 2000
