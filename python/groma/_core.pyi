@@ -168,7 +168,30 @@ def camera_project(camera: str, points: NDArray[np.float64]) -> NDArray[np.float
 def camera_unproject(camera: str, pixels: NDArray[np.float64]) -> NDArray[np.float64]: ...
 def pattern_corners(pattern: str) -> NDArray[np.float64]: ...
 def target_check(target: str) -> None: ...
-def localization_defaults() -> str: ...
+def localization_defaults() -> tuple[str, str, str]: ...
+def wheel_motion(
+    tricycle: bool, parameters: list[float], step: tuple[float, float], noise: str
+) -> tuple[tuple[float, float, float], NDArray[np.float64], NDArray[np.float64]]: ...
+
+class Relocalizer:
+    """A map that places are looked for on; `options` is JSON."""
+
+    def __init__(
+        self,
+        landmarks: NDArray[np.float64],
+        reflector: NDArray[np.bool_],
+        descriptors: NDArray[np.uint8],
+        grid: tuple[float, tuple[float, float], NDArray[np.int8]] | None,
+        options: str,
+    ) -> None: ...
+    def locate(
+        self,
+        observations: NDArray[np.float64],
+        reflector: NDArray[np.bool_],
+        descriptors: NDArray[np.uint8],
+        scan: tuple[tuple[float, float, float, float], NDArray[np.float64]] | None,
+        mount: tuple[float, float, float],
+    ) -> list[tuple[tuple[float, float, float], NDArray[np.float64], float, float, int]]: ...
 
 class Localizer:
     """A vehicle on a map; `options` is JSON."""
@@ -183,6 +206,7 @@ class Localizer:
         covariance: NDArray[np.float64],
         mount: tuple[float, float, float],
         calibration: NDArray[np.float64] | None,
+        relocalizer: Relocalizer | None,
         options: str,
     ) -> None: ...
     def predict(
@@ -198,7 +222,7 @@ class Localizer:
         reflector: NDArray[np.bool_],
         descriptors: NDArray[np.uint8],
         identities: NDArray[np.int64],
-        scan: tuple[tuple[float, float, float, float], NDArray[np.float64]] | None,
+        scan: tuple[float, float, tuple[float, float, float, float], NDArray[np.float64]] | None,
     ) -> dict[str, Any]: ...
     def relocate(self, pose: tuple[float, float, float], covariance: NDArray[np.float64]) -> None: ...
     def state(self) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]: ...

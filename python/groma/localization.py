@@ -18,9 +18,8 @@ A step takes some tens of microseconds with tens of observations (see BENCHMARKS
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Unpack, cast
+from typing import Literal, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,126 +28,20 @@ from groma import _core
 from groma.localization_options import LocalizerOptions as LocalizerOptions
 from groma.mapping import Landmarks
 from groma.models import LaserScan
+from groma.observations import Observations as Observations
+from groma.observations import beams_of, shaped
+from groma.relocalization import Relocalizer as Relocalizer
+from groma.relocalization import landmark_rows
+from groma.wheels import Wheels as Wheels
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
 Status = Literal["lost", "coasting", "tracking"]
-Kind = Literal["corner", "reflector"]
 
 
 def localizer_defaults() -> LocalizerOptions:
     """Return the default settings of :class:`Localizer`."""
-    return cast(LocalizerOptions, json.loads(_core.localization_defaults()))
-
-
-@dataclass(frozen=True, slots=True)
-class Observations:
-    """N corners and reflectors as beams of a scan saw them, in polar coordinates of the laser."""
-
-    stamp: Array
-    """(N,) when the beam was fired [s]."""
-    range: Array
-    """(N,) [m]."""
-    bearing: Array
-    """(N,) [rad]."""
-    covariance: Array
-    """(N, 2, 2) of range and bearing."""
-    kind: NDArray[np.str_]
-    """(N,) ``corner`` or ``reflector``."""
-    orientation: Array
-    """(N,) direction into which the corner opens, in the laser frame [rad]; NaN where it was not measured."""
-    descriptor: NDArray[np.uint8]
-    """(N, 16) binary shape context as :func:`groma.features.bsc` gives it; zeros where there is none."""
-    landmark: NDArray[np.int64]
-    """(N,) which landmark of the map it is, where that is known (a coded mark); -1 elsewhere."""
-
-    def __len__(self) -> int:
-        return len(self.range)
-
-    @classmethod
-    def make(
-        cls,
-        stamp: ArrayLike,
-        range: ArrayLike,  # noqa: A002 - the name of the quantity
-        bearing: ArrayLike,
-        *,
-        sigma: tuple[float, float] | None = None,
-        covariance: ArrayLike | None = None,
-        kind: Kind | Sequence[Kind] = "corner",
-        orientation: ArrayLike | None = None,
-        descriptor: ArrayLike | None = None,
-        landmark: ArrayLike | None = None,
-    ) -> Observations:
-        """Make observations from their numbers.
-
-        Parameters
-        ----------
-        stamp
-            One time for all, or (N,) [s].
-        range, bearing
-            (N,) [m], [rad].
-        sigma
-            Standard deviations of range [m] and bearing [rad], the same for all; or give ``covariance``.
-        covariance
-            (N, 2, 2) of range and bearing.
-        kind
-            One for all, or N.
-        orientation, descriptor, landmark
-            As in the class; none where left out.
-
-        Raises
-        ------
-        ValueError
-            If neither or both of ``sigma`` and ``covariance`` are given, or the arrays differ in length.
-        """
-        ranges = np.atleast_1d(np.asarray(range, dtype=np.float64))
-        n = len(ranges)
-        if (sigma is None) == (covariance is None):
-            raise ValueError("observations need either sigma or covariance")
-        one = np.diag(np.square(sigma)) if sigma is not None else np.zeros((2, 2))
-        return cls(
-            stamp=np.broadcast_to(np.asarray(stamp, dtype=np.float64), n).copy(),
-            range=ranges,
-            bearing=_shaped("bearing", bearing, (n,)),
-            covariance=np.tile(one, (n, 1, 1)) if covariance is None else _shaped("covariance", covariance, (n, 2, 2)),
-            kind=np.broadcast_to(np.asarray(kind, dtype=np.str_), n).copy(),
-            orientation=np.full(n, np.nan) if orientation is None else _shaped("orientation", orientation, (n,)),
-            descriptor=_cells(descriptor, n),
-            landmark=np.full(n, -1) if landmark is None else np.asarray(landmark, dtype=np.int64).reshape(n),
-        )
-
-    @classmethod
-    def at_points(
-        cls,
-        stamp: ArrayLike,
-        point: ArrayLike,
-        covariance: ArrayLike,
-        *,
-        kind: Kind | Sequence[Kind] = "corner",
-        orientation: ArrayLike | None = None,
-        descriptor: ArrayLike | None = None,
-    ) -> Observations:
-        """Make observations of points in the laser frame, such as :class:`groma.features.Keypoints`.
-
-        Parameters
-        ----------
-        stamp
-            One time for all, or (N,) [s].
-        point
-            (N, 2) [m].
-        covariance
-            (N, 2, 2) of the points [m^2].
-        kind, orientation, descriptor
-            As in :meth:`make`.
-        """
-        x, y = np.asarray(point, dtype=np.float64).reshape(-1, 2).T
-        r = np.hypot(x, y)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a point on the laser is refused by the localizer
-            j = np.stack([np.stack([x / r, y / r], -1), np.stack([-y / r**2, x / r**2], -1)], axis=1)
-            c = j @ _shaped("covariance", covariance, (len(r), 2, 2)) @ j.transpose(0, 2, 1)
-        c = 0.5 * (c + c.transpose(0, 2, 1))
-        angles = np.arctan2(y, x)
-        return cls.make(stamp, r, angles, covariance=c, kind=kind, orientation=orientation, descriptor=descriptor)
+    return cast(LocalizerOptions, json.loads(_core.localization_defaults()[0]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,6 +131,9 @@ class Localizer:
         (8, 8) covariance of the calibration: five parameters of the drive in the order of the vehicle, then the
         body-frame perturbation of the mount. With it the filter takes into account that these are not known exactly
         (it does not estimate them).
+    relocalizer
+        With it the localizer looks for its place of its own accord while it is lost: at the start without a pose, and
+        when evidence says that the pose is wrong.
     **options
         See :class:`LocalizerOptions`.
 
@@ -256,21 +152,17 @@ class Localizer:
         covariance: ArrayLike | None = None,
         mount: Pose = (0.0, 0.0, 0.0),
         calibration: ArrayLike | None = None,
+        relocalizer: Relocalizer | None = None,
         **options: Unpack[LocalizerOptions],
     ) -> None:
         p = (
             np.diag([0.01, 0.01, np.radians(1.0)]) ** 2
             if covariance is None
-            else _shaped("covariance", covariance, (3, 3))
+            else shaped("covariance", covariance, (3, 3))
         )
-        c = None if calibration is None else _shaped("calibration", calibration, (8, 8))
-        counts = np.column_stack([landmarks.seen, landmarks.visible]).astype(np.float64)
-        flat = landmarks.covariances.reshape(-1, 4)
-        rows = np.column_stack([landmarks.positions, flat, landmarks.orientations, counts])
-        reflector = landmarks.kinds == "reflector"
-        self._core = _core.Localizer(
-            np.ascontiguousarray(rows), reflector, landmarks.descriptors, stamp, pose, p, mount, c, json.dumps(options)
-        )
+        c = None if calibration is None else shaped("calibration", calibration, (8, 8))
+        search = None if relocalizer is None else relocalizer.core
+        self._core = _core.Localizer(*landmark_rows(landmarks), stamp, pose, p, mount, c, search, json.dumps(options))
 
     def predict(self, stamp: float, motion: Pose, covariance: ArrayLike, by_drive: ArrayLike | None = None) -> None:
         """Move the vehicle.
@@ -291,8 +183,8 @@ class Localizer:
         ValueError
             If time goes back or a number is not finite; nothing has changed then.
         """
-        j = None if by_drive is None else _shaped("by_drive", by_drive, (3, 5))
-        self._core.predict(stamp, motion, _shaped("covariance", covariance, (3, 3)), j)
+        j = None if by_drive is None else shaped("by_drive", by_drive, (3, 5))
+        self._core.predict(stamp, motion, shaped("covariance", covariance, (3, 3)), j)
 
     def update(self, observations: Observations, scan: LaserScan | None = None) -> Update:
         """Take in the corners and reflectors of a scan.
@@ -303,15 +195,13 @@ class Localizer:
             What was detected, each at the time of its beam.
         scan
             The scan itself, which tells what else was in view: without it no landmark found on the way is ever missed,
-            only forgotten with time and way.
+            only forgotten with time and way. While the place is searched for, its beams help to find it.
         """
         o = observations
-        rows = np.column_stack([o.stamp, o.range, o.bearing, o.covariance.reshape(-1, 4), o.orientation])
         beams = None
         if scan is not None:
-            g = scan.geometry
-            beams = (g.angle_min, g.angle_increment, g.range_min, g.range_max), scan.ranges
-        found = self._core.update(np.ascontiguousarray(rows), o.kind == "reflector", o.descriptor, o.landmark, beams)
+            beams = scan.stamp, scan.geometry.time_increment, beams_of(scan), scan.ranges
+        found = self._core.update(o.rows(), o.kind == "reflector", o.descriptor, o.landmark, beams)
         return Update(**found | {"quality": Quality(**found["quality"])})
 
     def relocate(self, pose: Pose, covariance: ArrayLike) -> None:
@@ -324,7 +214,7 @@ class Localizer:
         ValueError
             If a number is not finite or the covariance is none; nothing has changed then.
         """
-        self._core.relocate(pose, _shaped("covariance", covariance, (3, 3)))
+        self._core.relocate(pose, shaped("covariance", covariance, (3, 3)))
 
     @property
     def state(self) -> State:
@@ -360,16 +250,3 @@ def reflectors(positions: ArrayLike, sigma: float) -> Landmarks:
         seen=ones,
         visible=ones,
     )
-
-
-def _shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.shape != shape:
-        raise ValueError(f"{name} has shape {array.shape}: it must be {shape}")
-    return array
-
-
-def _cells(values: Any, count: int) -> NDArray[np.uint8]:
-    if values is None:
-        return np.zeros((count, 16), dtype=np.uint8)
-    return np.ascontiguousarray(values, dtype=np.uint8).reshape(count, 16)

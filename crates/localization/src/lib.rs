@@ -25,6 +25,7 @@ mod search;
 mod symmetric;
 mod update;
 mod view;
+mod wheels;
 
 pub use error::Error;
 pub use joint::{CALIBRATION, CalibrationCovariance, DRIVE, Joint, Motion};
@@ -36,3 +37,4 @@ pub use quality::{Quality, Status};
 pub use relocalize::{LocalView, Located, RelocalizeOptions, Relocalizer};
 pub use update::{Match, Update, View};
 pub use view::sees;
+pub use wheels::WheelNoise;

@@ -16,6 +16,7 @@ use groma_estimation::chi_square;
 use groma_geometry::Se2;
 use groma_models::{LandmarkMap, LaserScan};
 use nalgebra::{Matrix3, SMatrix, Vector2};
+use std::sync::Arc;
 
 /// Standard deviations of a pose that is not known [m], [rad].
 const UNKNOWN: (f64, f64) = (1e3, 3.0);
@@ -95,7 +96,7 @@ impl Localizer {
 
     /// Lets the localizer look for its place on a map of its own accord while it is lost.
     #[must_use]
-    pub fn with_relocalizer(mut self, relocalizer: Relocalizer) -> Self {
+    pub fn with_relocalizer(mut self, relocalizer: Arc<Relocalizer>) -> Self {
         self.search = Some(Search::new(relocalizer));
         self
     }

@@ -174,6 +174,7 @@ impl Options {
     }
 }
 
-fn require(holds: bool, name: &'static str, value: f64, rule: &'static str) -> Result<(), InvalidOption> {
+/// An error unless `holds`.
+pub(crate) fn require(holds: bool, name: &'static str, value: f64, rule: &'static str) -> Result<(), InvalidOption> {
     if holds { Ok(()) } else { Err(InvalidOption { name, value, rule }) }
 }

@@ -4,6 +4,7 @@ use crate::observation::Observation;
 use crate::relocalize::{LocalView, Located, Relocalizer};
 use groma_geometry::Se2;
 use groma_models::LaserScan;
+use std::sync::Arc;
 
 /// Landmarks without which it is not worth a try.
 const LEAST: usize = 4;
@@ -16,14 +17,14 @@ const KEPT: f64 = 12.0;
 /// A search that goes on while the vehicle drives.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
-    relocalizer: Relocalizer,
+    relocalizer: Arc<Relocalizer>,
     view: LocalView,
     /// Way and number of landmarks at the last try.
     tried: Option<(f64, usize)>,
 }
 
 impl Search {
-    pub fn new(relocalizer: Relocalizer) -> Self {
+    pub fn new(relocalizer: Arc<Relocalizer>) -> Self {
         Self { relocalizer, view: LocalView::default(), tried: None }
     }
 

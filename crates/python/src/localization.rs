@@ -3,25 +3,107 @@
 use crate::mapping::matrices;
 use groma_geometry::Se2;
 use groma_localization::{
-    CALIBRATION, DRIVE, Error, Localizer as Core, Motion, Observation, Options, Quality, Start, Status, Update, sees,
+    CALIBRATION, DRIVE, Error, LocalView, Localizer as Core, Located, Motion, Observation, Options, Quality,
+    RelocalizeOptions, Relocalizer as CoreRelocalizer, Start, Status, Update, WheelNoise, sees,
 };
-use groma_models::{BeamGeometry, Landmark, LandmarkKind, LandmarkMap};
+use groma_models::{
+    BeamGeometry, Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle,
+};
 use nalgebra::{Matrix2, SMatrix, Vector2};
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(localization_defaults, m)?)?;
+    m.add_function(wrap_pyfunction!(wheel_motion, m)?)?;
+    m.add_class::<Relocalizer>()?;
     m.add_class::<Localizer>()
 }
 
-/// The settings of localization and their defaults, as JSON.
+/// The settings of localization, of relocalization and of wheels, and their defaults, as JSON.
 #[pyfunction]
-fn localization_defaults() -> PyResult<String> {
-    serde_json::to_string(&Options::default()).map_err(|e| PyValueError::new_err(e.to_string()))
+fn localization_defaults() -> PyResult<(String, String, String)> {
+    let failed = |e: serde_json::Error| PyValueError::new_err(e.to_string());
+    let options = serde_json::to_string(&Options::default()).map_err(failed)?;
+    let relocalize = serde_json::to_string(&RelocalizeOptions::default()).map_err(failed)?;
+    Ok((options, relocalize, serde_json::to_string(&WheelNoise::default()).map_err(failed)?))
+}
+
+fn parse<T: serde::de::DeserializeOwned>(options: &str) -> PyResult<T> {
+    serde_json::from_str(options).map_err(|e| PyValueError::new_err(e.to_string()))
+}
+
+/// Motion, covariance of its perturbation and derivative by the drive of a step of the wheels.
+#[pyfunction]
+fn wheel_motion<'py>(
+    py: Python<'py>,
+    tricycle: bool,
+    parameters: [f64; DRIVE],
+    step: (f64, f64),
+    noise: &str,
+) -> PyResult<(Pose, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    let drive = match tricycle {
+        true => Drive::Tricycle(Tricycle::from_parameters(parameters)),
+        false => Drive::Differential(Differential::from_parameters(parameters)),
+    };
+    let m = Motion::of_wheels(&drive, Vector2::new(step.0, step.1), &parse(noise)?);
+    let covariance = Array2::from_shape_fn((3, 3), |(i, j)| m.covariance[(i, j)]);
+    let by_drive = Array2::from_shape_fn((3, DRIVE), |(i, j)| m.by_drive[(i, j)]);
+    Ok(((m.motion.x(), m.motion.y(), m.motion.theta()), covariance.into_pyarray(py), by_drive.into_pyarray(py)))
+}
+
+/// A map that places are looked for on.
+#[pyclass(frozen)]
+struct Relocalizer(Arc<CoreRelocalizer>);
+
+#[pymethods]
+impl Relocalizer {
+    /// `landmarks` as for the localizer; `grid` is resolution, origin and cells (-1 unknown, 0 free, 100 occupied).
+    #[new]
+    fn new(
+        py: Python<'_>,
+        landmarks: Table<'_>,
+        reflector: PyReadonlyArray1<'_, bool>,
+        descriptors: PyReadonlyArray2<'_, u8>,
+        grid: Option<(f64, (f64, f64), PyReadonlyArray2<'_, i8>)>,
+        options: &str,
+    ) -> PyResult<Self> {
+        let options: RelocalizeOptions = parse(options)?;
+        let map = to_map(&landmarks, &reflector, &descriptors);
+        let grid = grid.map(|(resolution, origin, cells)| to_grid(resolution, origin, &cells));
+        let core = py.detach(|| CoreRelocalizer::new(map, grid, options)).map_err(invalid)?;
+        Ok(Self(Arc::new(core)))
+    }
+
+    /// Places for what one scan shows: pose, covariance (9), evidence, probability, number of pairs.
+    fn locate<'py>(
+        &self,
+        py: Python<'py>,
+        observations: Table<'py>,
+        reflector: PyReadonlyArray1<'py, bool>,
+        descriptors: PyReadonlyArray2<'py, u8>,
+        scan: Option<Scan<'py>>,
+        mount: Pose,
+    ) -> Vec<(Pose, Bound<'py, PyArray2<f64>>, f64, f64, usize)> {
+        let unknown = vec![-1_i64; observations.as_array().nrows()];
+        let observations = to_observations(&observations, &reflector, &descriptors, &unknown);
+        let mount = to_pose(mount);
+        let mut view = LocalView::default();
+        view.see(&observations.into_iter().map(|o| (o, mount)).collect::<Vec<_>>());
+        if let Some((beams, ranges)) = scan {
+            view.look(&to_geometry(beams), &ranges.as_array().to_vec(), &mount);
+        }
+        let found = py.detach(|| self.0.locate(&view));
+        let row = |l: Located| {
+            let covariance = Array2::from_shape_fn((3, 3), |(i, j)| l.covariance[(i, j)]).into_pyarray(py);
+            ((l.pose.x(), l.pose.y(), l.pose.theta()), covariance, l.evidence, l.probability, l.pairs.len())
+        };
+        found.into_iter().map(row).collect()
+    }
 }
 
 type Pose = (f64, f64, f64);
@@ -37,7 +119,6 @@ struct Localizer(Core);
 impl Localizer {
     /// `landmarks` are rows of x, y, the covariance (4), orientation, seen, visible.
     #[new]
-    #[pyo3(signature = (landmarks, reflector, descriptors, stamp, pose, covariance, mount, calibration, options))]
     #[allow(clippy::too_many_arguments)] // the arrays of one constructor
     fn new(
         landmarks: Table<'_>,
@@ -48,9 +129,10 @@ impl Localizer {
         covariance: Table<'_>,
         mount: Pose,
         calibration: Option<Table<'_>>,
+        relocalizer: Option<&Relocalizer>,
         options: &str,
     ) -> PyResult<Self> {
-        let options: Options = serde_json::from_str(options).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let options: Options = parse(options)?;
         let start = Start {
             stamp,
             pose: pose.map(|p| (to_pose(p), matrix::<3, 3>(&covariance))),
@@ -58,7 +140,11 @@ impl Localizer {
             calibration: calibration.map(|c| matrix::<CALIBRATION, CALIBRATION>(&c)),
         };
         let map = to_map(&landmarks, &reflector, &descriptors);
-        Core::new(map, &start, options).map(Self).map_err(invalid)
+        let core = Core::new(map, &start, options).map_err(invalid)?;
+        Ok(Self(match relocalizer {
+            Some(r) => core.with_relocalizer(r.0.clone()),
+            None => core,
+        }))
     }
 
     /// A motion until `stamp` with the covariance of its right perturbation and, optional, its derivative by the drive.
@@ -82,13 +168,21 @@ impl Localizer {
         reflector: PyReadonlyArray1<'py, bool>,
         descriptors: PyReadonlyArray2<'py, u8>,
         identities: PyReadonlyArray1<'py, i64>,
-        scan: Option<Scan<'py>>,
+        scan: Option<(f64, f64, (f64, f64, f64, f64), PyReadonlyArray1<'py, f64>)>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let observations = to_observations(&observations, &reflector, &descriptors, &identities);
-        let scan = scan.map(|(beams, ranges)| (to_geometry(beams), ranges.as_array().to_vec()));
+        let observations = to_observations(&observations, &reflector, &descriptors, identities.as_slice()?);
+        let scan = scan.map(|(stamp, time_increment, beams, ranges)| LaserScan {
+            stamp,
+            geometry: BeamGeometry { time_increment, ..to_geometry(beams) },
+            ranges: ranges.as_array().to_vec(),
+            intensities: Vec::new(),
+        });
         let core = &mut self.0;
         let update = py.detach(|| match scan {
-            Some((geometry, ranges)) => core.update(&observations, Some(&|polar| sees(&geometry, &ranges, polar))),
+            Some(scan) => {
+                core.look(&scan);
+                core.update(&observations, Some(&|polar| sees(&scan.geometry, &scan.ranges, polar)))
+            }
             None => core.update(&observations, None),
         });
         to_dict(py, &update)
@@ -134,6 +228,17 @@ fn to_geometry((angle_min, angle_increment, range_min, range_max): (f64, f64, f6
     BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min, range_max }
 }
 
+fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> Grid {
+    let view = cells.as_array();
+    let cell = |v: &i8| match v {
+        0 => Cell::Free,
+        v if *v > 0 => Cell::Occupied,
+        _ => Cell::Unknown,
+    };
+    let (height, width) = view.dim();
+    Grid { resolution, origin: Vector2::new(x, y), width, height, cells: view.iter().map(cell).collect() }
+}
+
 fn kind(reflector: bool) -> LandmarkKind {
     if reflector { LandmarkKind::Reflector } else { LandmarkKind::Corner }
 }
@@ -170,9 +275,9 @@ fn to_observations(
     observations: &Table<'_>,
     reflector: &PyReadonlyArray1<'_, bool>,
     descriptors: &PyReadonlyArray2<'_, u8>,
-    identities: &PyReadonlyArray1<'_, i64>,
+    identities: &[i64],
 ) -> Vec<Observation> {
-    let (rows, reflector, identities) = (observations.as_array(), reflector.as_array(), identities.as_array());
+    let (rows, reflector) = (observations.as_array(), reflector.as_array());
     let observation = |k: usize| Observation {
         stamp: rows[(k, 0)],
         polar: Vector2::new(rows[(k, 1)], rows[(k, 2)]),

@@ -20,7 +20,9 @@ mod refine;
 
 pub use local_view::{Beam, LocalView, Seen};
 
-use crate::map::{InvalidMap, StaticMap};
+use crate::error::Error;
+use crate::map::StaticMap;
+use crate::options::{InvalidOption, require};
 use groma_geometry::Se2;
 use groma_models::{Grid, LandmarkMap};
 use nalgebra::Matrix3;
@@ -58,6 +60,23 @@ impl Default for RelocalizeOptions {
     }
 }
 
+impl RelocalizeOptions {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn validate(&self) -> Result<(), InvalidOption> {
+        let positive = |name, v: f64| require(v > 0.0 && v.is_finite(), name, v, "above 0");
+        let share = |name, v: f64| require(v > 0.0 && v < 1.0, name, v, "above 0 and below 1");
+        positive("tolerance", self.tolerance)?;
+        positive("orientation_max", self.orientation_max)?;
+        require(self.length_max > 1.0 && self.length_max.is_finite(), "length_max", self.length_max, "above 1 m")?;
+        require(self.poses_max >= 1, "poses_max", self.poses_max as f64, "1 or more")?;
+        share("known_share", self.known_share)?;
+        share("confident", self.confident)
+    }
+}
+
 /// A place where the vehicle may be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Located {
@@ -91,8 +110,9 @@ impl Relocalizer {
     /// Gets a map ready; the occupancy grid, if there is one, lets the beams speak.
     ///
     /// # Errors
-    /// A map that cannot be used.
-    pub fn new(map: LandmarkMap, grid: Option<Grid>, options: RelocalizeOptions) -> Result<Self, InvalidMap> {
+    /// A setting out of range, or a map that cannot be used.
+    pub fn new(map: LandmarkMap, grid: Option<Grid>, options: RelocalizeOptions) -> Result<Self, Error> {
+        options.validate()?;
         let map = StaticMap::new(map)?;
         let pairs = PairIndex::new(map.landmarks(), &options);
         let area = grid.as_ref().map_or_else(|| extent(&map), beams::free_area).max(1.0);

@@ -1,0 +1,157 @@
+"""Corners and reflectors as the beams of a scan saw them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from groma.models import LaserScan
+
+Array = NDArray[np.float64]
+Kind = Literal["corner", "reflector"]
+Beams = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """N corners and reflectors as beams of a scan saw them, in polar coordinates of the laser."""
+
+    stamp: Array
+    """(N,) when the beam was fired [s]."""
+    range: Array
+    """(N,) [m]."""
+    bearing: Array
+    """(N,) [rad]."""
+    covariance: Array
+    """(N, 2, 2) of range and bearing."""
+    kind: NDArray[np.str_]
+    """(N,) ``corner`` or ``reflector``."""
+    orientation: Array
+    """(N,) direction into which the corner opens, in the laser frame [rad]; NaN where it was not measured."""
+    descriptor: NDArray[np.uint8]
+    """(N, 16) binary shape context as :func:`groma.features.bsc` gives it; zeros where there is none."""
+    landmark: NDArray[np.int64]
+    """(N,) which landmark of the map it is, where that is known (a coded mark); -1 elsewhere."""
+
+    def __len__(self) -> int:
+        return len(self.range)
+
+    @classmethod
+    def make(
+        cls,
+        stamp: ArrayLike,
+        range: ArrayLike,  # noqa: A002 - the name of the quantity
+        bearing: ArrayLike,
+        *,
+        sigma: tuple[float, float] | None = None,
+        covariance: ArrayLike | None = None,
+        kind: Kind | Sequence[Kind] = "corner",
+        orientation: ArrayLike | None = None,
+        descriptor: ArrayLike | None = None,
+        landmark: ArrayLike | None = None,
+    ) -> Observations:
+        """Make observations from their numbers.
+
+        Parameters
+        ----------
+        stamp
+            One time for all, or (N,) [s].
+        range, bearing
+            (N,) [m], [rad].
+        sigma
+            Standard deviations of range [m] and bearing [rad], the same for all; or give ``covariance``.
+        covariance
+            (N, 2, 2) of range and bearing.
+        kind
+            One for all, or N.
+        orientation, descriptor, landmark
+            As in the class; none where left out.
+
+        Raises
+        ------
+        ValueError
+            If neither or both of ``sigma`` and ``covariance`` are given, or the arrays differ in length.
+        """
+        ranges = np.atleast_1d(np.asarray(range, dtype=np.float64))
+        n = len(ranges)
+        if (sigma is None) == (covariance is None):
+            raise ValueError("observations need either sigma or covariance")
+        one = np.diag(np.square(sigma)) if sigma is not None else np.zeros((2, 2))
+        return cls(
+            stamp=np.broadcast_to(np.asarray(stamp, dtype=np.float64), n).copy(),
+            range=ranges,
+            bearing=shaped("bearing", bearing, (n,)),
+            covariance=np.tile(one, (n, 1, 1)) if covariance is None else shaped("covariance", covariance, (n, 2, 2)),
+            kind=np.broadcast_to(np.asarray(kind, dtype=np.str_), n).copy(),
+            orientation=np.full(n, np.nan) if orientation is None else shaped("orientation", orientation, (n,)),
+            descriptor=_cells(descriptor, n),
+            landmark=np.full(n, -1) if landmark is None else np.asarray(landmark, dtype=np.int64).reshape(n),
+        )
+
+    @classmethod
+    def at_points(
+        cls,
+        stamp: ArrayLike,
+        point: ArrayLike,
+        covariance: ArrayLike,
+        *,
+        kind: Kind | Sequence[Kind] = "corner",
+        orientation: ArrayLike | None = None,
+        descriptor: ArrayLike | None = None,
+    ) -> Observations:
+        """Make observations of points in the laser frame, such as :class:`groma.features.Keypoints`.
+
+        Parameters
+        ----------
+        stamp
+            One time for all, or (N,) [s].
+        point
+            (N, 2) [m].
+        covariance
+            (N, 2, 2) of the points [m^2].
+        kind, orientation, descriptor
+            As in :meth:`make`.
+        """
+        x, y = np.asarray(point, dtype=np.float64).reshape(-1, 2).T
+        r = np.hypot(x, y)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a point on the laser is refused by the localizer
+            j = np.stack([np.stack([x / r, y / r], -1), np.stack([-y / r**2, x / r**2], -1)], axis=1)
+            c = j @ shaped("covariance", covariance, (len(r), 2, 2)) @ j.transpose(0, 2, 1)
+        c = 0.5 * (c + c.transpose(0, 2, 1))
+        angles = np.arctan2(y, x)
+        return cls.make(stamp, r, angles, covariance=c, kind=kind, orientation=orientation, descriptor=descriptor)
+
+    def rows(self) -> Array:
+        """Return (N, 8): stamp, range, bearing, covariance row by row, orientation."""
+        flat = self.covariance.reshape(-1, 4)
+        return np.column_stack([self.stamp, self.range, self.bearing, flat, self.orientation])
+
+
+def beams_of(scan: LaserScan) -> Beams:
+    """Return angle_min, angle_increment, range_min, range_max."""
+    g = scan.geometry
+    return g.angle_min, g.angle_increment, g.range_min, g.range_max
+
+
+def shaped(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return values as a contiguous array of a shape.
+
+    Raises
+    ------
+    ValueError
+        If they have another.
+    """
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}: it must be {shape}")
+    return array
+
+
+def _cells(values: Any, count: int) -> NDArray[np.uint8]:
+    if values is None:
+        return np.zeros((count, 16), dtype=np.uint8)
+    return np.ascontiguousarray(values, dtype=np.uint8).reshape(count, 16)
