@@ -60,7 +60,8 @@ fn run(seed: u64, hall: &Hall, mode: Mode, scans: usize, calibrated: bool) -> Ou
     outcome
 }
 
-/// Mean NEES over runs at the times of `at`, and the 95 % band of one such mean.
+/// Prints and returns the mean NEES over runs at ten times, and the 95 % band of one such mean.
+#[allow(clippy::print_stdout)] // the figures
 fn study(runs: u64, hall: &Hall, mode: Mode, scans: usize, calibrated: bool) -> (Vec<f64>, (f64, f64), f64, f64) {
     let outcomes: Vec<Outcome> = (0..runs).map(|seed| run(seed, hall, mode, scans, calibrated)).collect();
     assert!(outcomes.iter().all(|o| !o.lost), "a run was lost");

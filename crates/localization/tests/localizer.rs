@@ -255,6 +255,7 @@ fn a_scene_that_repeats_is_not_certain() {
 
 #[test]
 #[ignore = "a day takes minutes"]
+#[allow(clippy::print_stdout)] // the figures
 fn a_day_at_20_hz_neither_loses_the_vehicle_nor_grows() {
     let hall = Hall::new(1, 60, 10, 30.0, 0.8);
     let mut draw = Draw::new(4);

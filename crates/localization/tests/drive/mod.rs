@@ -165,5 +165,5 @@ pub fn step(k: usize, rate: f64, speed: f64) -> (f64, f64) {
 
 pub fn nees(truth: &Se2, pose: &Se2, covariance: &Matrix3<f64>) -> f64 {
     let e = truth.minus(pose);
-    e.dot(&(covariance.try_inverse().unwrap() * e))
+    covariance.try_inverse().map_or(f64::INFINITY, |inverse| e.dot(&(inverse * e)))
 }
