@@ -83,6 +83,13 @@ def oc_detect(
     NDArray[np.float64],
     NDArray[np.float64],
 ]: ...
+def reflector_detect(
+    ranges: NDArray[np.float64],
+    intensities: NDArray[np.float64],
+    counts: list[int],
+    beams: tuple[float, float, float, float],
+    options: str,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]: ...
 def bsc_describe(
     ranges: NDArray[np.float64],
     beams: tuple[float, float, float, float],

@@ -1,7 +1,8 @@
 //! Natural landmarks of laser scans: where they are, what they look like, which belong together.
 //!
-//! [`falko`] and [`oc`] find corners in one scan, [`bsc`] and [`cgh`] describe them, [`glarot`] tells which local maps look alike,
-//! [`association`] pairs the landmarks of two maps and finds the rigid motion between them.
+//! [`falko`] and [`oc`] find corners in one scan, [`bsc`] and [`cgh`] describe them, [`reflector`] finds marks of
+//! reflecting tape, [`glarot`] tells which local maps look alike, [`association`] pairs the landmarks of two maps and finds
+//! the rigid motion between them.
 //!
 //! Source of the family: F. Kallasi, D. L. Rizzini, S. Caselli, "Fast keypoint features from laser scanner for robot
 //! localization and mapping", IEEE RA-L 1(1), 2016; "Efficient loop closure based on FALKO lidar features for online
@@ -15,6 +16,7 @@ pub mod glarot;
 mod keypoint;
 pub mod oc;
 mod options;
+pub mod reflector;
 mod rigid_fit;
 mod surroundings;
 #[cfg(test)]

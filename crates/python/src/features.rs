@@ -3,6 +3,7 @@
 use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
+use groma_features::reflector::{self, Reflector};
 use groma_features::{Keypoint, falko, glarot, oc, rigid_fit};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Matrix2, Matrix3, Vector2};
@@ -47,6 +48,35 @@ fn oc_detect<'py>(
     options.validate().map_err(invalid)?;
     let scans = split(ranges.as_slice()?, &counts)?;
     Ok(flatten(py, &py.detach(|| oc::detect_all(geometry(beams), &scans, options))))
+}
+
+/// Reflectors of scans laid end to end, `counts` beams each: how many a scan, beam indices, and rows of x, y, covariance
+/// (4), probability of a post, width, contrast.
+#[pyfunction]
+fn reflector_detect<'py>(
+    py: Python<'py>,
+    ranges: PyReadonlyArray1<'py, f64>,
+    intensities: PyReadonlyArray1<'py, f64>,
+    counts: Vec<usize>,
+    beams: Beams,
+    options: &str,
+) -> PyResult<(Indices<'py>, Indices<'py>, Floats<'py>)> {
+    let options: reflector::Options = parse(options)?;
+    options.validate().map_err(invalid)?;
+    let ranges = split(ranges.as_slice()?, &counts)?;
+    let intensities = split(intensities.as_slice()?, &counts)?;
+    let scans: Vec<(&[f64], &[f64])> = ranges.into_iter().zip(intensities).collect();
+    let found = py.detach(|| reflector::detect_all(&geometry(beams), &scans, &options));
+    let all = || found.iter().flatten();
+    let row = |r: &Reflector| {
+        let c = &r.covariance;
+        [r.point.x, r.point.y, c.m11, c.m12, c.m21, c.m22, r.post, r.width, r.contrast]
+    };
+    Ok((
+        PyArray1::from_iter(py, found.iter().map(|scan| scan.len() as i64)),
+        PyArray1::from_iter(py, all().map(|r| r.index as i64)),
+        PyArray1::from_iter(py, all().flat_map(row)),
+    ))
 }
 
 /// BSC descriptors of the keypoints of a scan, 16 bytes each; `poses` is x, y, orientation, radius a keypoint.
@@ -259,6 +289,7 @@ fn describe<T>(
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(falko_detect, m)?)?;
     m.add_function(wrap_pyfunction!(oc_detect, m)?)?;
+    m.add_function(wrap_pyfunction!(reflector_detect, m)?)?;
     m.add_function(wrap_pyfunction!(bsc_describe, m)?)?;
     m.add_function(wrap_pyfunction!(cgh_describe, m)?)?;
     m.add_function(wrap_pyfunction!(associate, m)?)?;

@@ -1,0 +1,152 @@
+//! From ranges and intensities to marks: runs of bright beams, with both ends in view.
+//!
+//! A run may have one beam without an echo in it. Its ranges follow each other within the noise or one bearing step of a
+//! surface seen at 75 degrees. It is no mark when it is wider than a mark may be, when it has too few beams for the
+//! narrowest mark at its range, or when an end is not in view: the scan ends there, the next beam is nearer by more
+//! than `HIDES` (something stands before the edge), or it is bright as well (another mark stands before or behind).
+
+use super::background::Background;
+use super::shape::{Run, locate};
+use super::{Options, Reflector};
+use crate::falko::layout::Layout;
+use groma_geometry::So2;
+use groma_models::BeamGeometry;
+use nalgebra::Vector2;
+
+/// Ranges of neighbouring beams of a mark may differ by so many times the noise of a range.
+const STEP_SIGMAS: f64 = 8.0;
+/// Tangent of the steepest incidence at which a mark is followed.
+const STEEPEST: f64 = 3.7;
+/// What is nearer by more than this may hide the edge of a mark [m].
+const HIDES: f64 = 0.15;
+/// Hits a mark has at least, as a share of what the narrowest mark would have.
+const LEAST_SHARE: f64 = 0.6;
+
+/// The reflectors of a scan, in beam order; none if it has no intensities.
+///
+/// ```
+/// use groma_features::reflector::{Options, detect};
+/// use groma_models::BeamGeometry;
+/// // A wall 4 m ahead, a strip of tape on it.
+/// let geometry = BeamGeometry {
+///     angle_min: -0.5, angle_increment: 0.005, time_increment: 0.0, range_min: 0.1, range_max: 20.0,
+/// };
+/// let ranges: Vec<f64> = (0..200).map(|i| 4.0 / geometry.bearing(i).cos()).collect();
+/// let is_tape = |i: usize| (ranges[i] * geometry.bearing(i).sin()).abs() < 0.15;
+/// let intensities: Vec<f64> = (0..200).map(|i| if is_tape(i) { 900.0 } else { 40.0 }).collect();
+/// let found = detect(&ranges, &intensities, &geometry, &Options::default());
+/// assert_eq!(found.len(), 1);
+/// assert!((found[0].point - nalgebra::Vector2::new(4.0, 0.0)).norm() < 0.01);
+/// ```
+#[must_use]
+pub fn detect(ranges: &[f64], intensities: &[f64], geometry: &BeamGeometry, options: &Options) -> Vec<Reflector> {
+    if intensities.len() != ranges.len() {
+        return Vec::new();
+    }
+    let layout = Layout::new(geometry, ranges.len());
+    let hit = |i: usize| geometry.is_hit(ranges[i]);
+    let Some(background) = Background::of((0..layout.beams).filter(|&i| hit(i)).map(|i| (ranges[i], intensities[i])))
+    else {
+        return Vec::new();
+    };
+    let search = Search { ranges, intensities, geometry, options, layout: &layout, background: &background };
+    search.marks()
+}
+
+/// One scan under search.
+struct Search<'a> {
+    ranges: &'a [f64],
+    intensities: &'a [f64],
+    geometry: &'a BeamGeometry,
+    options: &'a Options,
+    layout: &'a Layout,
+    background: &'a Background,
+}
+
+impl Search<'_> {
+    fn marks(&self) -> Vec<Reflector> {
+        let mut marks: Vec<Reflector> = self.runs().iter().filter_map(|run| self.mark(run)).collect();
+        let brightest = marks.iter().map(|mark| mark.contrast).fold(1.0, f64::max);
+        marks.retain(|mark| mark.contrast.ln() >= self.options.peer_share * brightest.ln());
+        marks.sort_by_key(|mark| mark.index);
+        marks
+    }
+
+    /// Runs of bright beams of one surface, as positions from the start, which may exceed the last beam of a closed scan.
+    fn runs(&self) -> Vec<Vec<usize>> {
+        let n = self.layout.beams;
+        // A closed scan is read from a dark beam on, so that no mark lies across the seam.
+        let start = if self.layout.closed { (0..n).find(|&i| !self.is_bright(i)).unwrap_or(0) } else { 0 };
+        let mut runs: Vec<Vec<usize>> = Vec::new();
+        for k in (start..start + n).filter(|k| self.is_bright(k % n)) {
+            match runs.last_mut() {
+                Some(run) if run.last().is_some_and(|&last| self.go_together(last, k)) => run.push(k),
+                _ => runs.push(vec![k]),
+            }
+        }
+        runs
+    }
+
+    fn is_bright(&self, i: usize) -> bool {
+        let (range, options) = (self.ranges[i], self.options);
+        let within = self.geometry.is_hit(range) && range >= options.range_min && range <= options.range_max;
+        let least = options.contrast.ln().max(options.spread_factor * self.background.spread());
+        within && self.background.excess(range, self.intensities[i]) >= least
+    }
+
+    /// Whether bright beam `b` goes on with the surface of bright beam `a` before it.
+    fn go_together(&self, a: usize, b: usize) -> bool {
+        let n = self.layout.beams;
+        let bridged = b == a + 1 || (b == a + 2 && !self.geometry.is_hit(self.ranges[(a + 1) % n]));
+        let (near, far) = (self.ranges[a % n], self.ranges[b % n]);
+        let slope = STEEPEST * (b - a) as f64 * self.layout.step * near.min(far);
+        bridged && (near - far).abs() <= slope.max(STEP_SIGMAS * self.options.range_noise)
+    }
+
+    /// The mark of a run, if it has the width of one and both ends in view.
+    fn mark(&self, run: &[usize]) -> Option<Reflector> {
+        let (first, last) = (*run.first()?, *run.last()?);
+        let n = self.layout.beams;
+        let mean = run.iter().map(|k| self.ranges[k % n]).sum::<f64>() / run.len() as f64;
+        let spacing = mean * self.layout.step;
+        let width = (last - first + 1) as f64 * spacing;
+        let least = (LEAST_SHARE * self.options.width_min / spacing).floor().max(1.0);
+        let wide = width - spacing <= self.options.width_max && run.len() as f64 >= least;
+        let open = self.is_open(first, -1, self.ranges[first % n]) && self.is_open(last, 1, self.ranges[last % n]);
+        (wide && open).then(|| self.locate(run, first, last, width))
+    }
+
+    /// Whether the beam next to `end` shows that the mark ends there: it is in the scan, and nothing nearer hides an edge.
+    fn is_open(&self, end: usize, side: i64, range: f64) -> bool {
+        let (n, next) = (self.layout.beams as i64, end as i64 + side);
+        if !self.layout.closed && !(0..n).contains(&next) {
+            return false;
+        }
+        let next = next.rem_euclid(n) as usize;
+        let visible = !self.geometry.is_hit(self.ranges[next]) || self.ranges[next] > range - HIDES;
+        visible && !self.is_bright(next)
+    }
+
+    fn locate(&self, run: &[usize], first: usize, last: usize, width: f64) -> Reflector {
+        let n = self.layout.beams;
+        let middle = (first + last) as f64 / 2.0;
+        let bearing = |k: f64| (k - middle) * self.layout.step;
+        let hits: Vec<(f64, f64)> = run.iter().map(|&k| (bearing(k as f64), self.ranges[k % n])).collect();
+        let ends = (bearing(first as f64 - 0.5), bearing(last as f64 + 0.5));
+        let located = locate(&Run { hits: &hits, ends, step: self.layout.step }, self.options);
+        let excess = run.iter().map(|&k| self.background.excess(self.ranges[k % n], self.intensities[k % n]));
+        let rotation = So2::exp(self.geometry.angle_min + middle * self.geometry.angle_increment);
+        let turn = self.layout.turn;
+        let mut local = located.covariance;
+        local.m12 *= turn;
+        local.m21 *= turn;
+        Reflector {
+            index: ((first + last) / 2) % n,
+            point: rotation.act(Vector2::new(located.center.x, turn * located.center.y)),
+            covariance: rotation.matrix() * local * rotation.matrix().transpose(),
+            post: located.post,
+            width,
+            contrast: (excess.sum::<f64>() / run.len() as f64).exp(),
+        }
+    }
+}
