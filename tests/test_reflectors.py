@@ -36,7 +36,7 @@ def test_mistakes_are_told() -> None:
     ranges, intensities = wall()
     with pytest.raises(ValueError, match="one length"):
         reflectors(ranges, intensities[1:], GEOMETRY)
-    with pytest.raises(ValueError, match="contrast = 0.5"):
+    with pytest.raises(ValueError, match=r"contrast = 0\.5"):
         reflectors(ranges, intensities, GEOMETRY, contrast=0.5)
     with pytest.raises(ValueError, match="unknown field `colour`"):
         reflectors(ranges, intensities, GEOMETRY, colour=1)  # type: ignore[call-arg]
@@ -49,19 +49,22 @@ def test_those_of_the_warehouse_are_where_they_stand() -> None:
     found = reflectors_batch(list(run.ranges[some]), list(run.intensities[some]), laser)
     flat, posts = run.segments[run.segments[:, 4] > 1], run.circles[run.circles[:, 3] > 1]
     truth = np.vstack([(flat[:, :2] + flat[:, 2:4]) / 2, posts[:, :2]])
-    mount = run.scenario.scanner.mount
-    normalised, far = [], 0
-    for scan, (x, y, theta) in zip(found, run.scan_truth[some], strict=True):
-        c, s = np.cos(theta), np.sin(theta)
-        turn = np.array([[c, -s], [s, c]])
-        seen = scan.point + mount[:2]
-        error = (seen @ turn.T + (x, y))[:, None] - truth
+    heading = np.unwrap(run.truth[:, 2])
+    normalised = []
+    for scan, stamp in zip(found, run.scan_stamps[some], strict=True):
+        when = stamp + scan.index * laser.time_increment
+        x, y = (np.interp(when, run.stamps, run.truth[:, k]) for k in (0, 1))
+        theta = np.interp(when, run.stamps, heading)
+        turn = np.stack(
+            [np.stack([np.cos(theta), -np.sin(theta)], -1), np.stack([np.sin(theta), np.cos(theta)], -1)], 1
+        )
+        seen = np.einsum("kij,kj->ki", turn, scan.point + run.scenario.scanner.mount[:2]) + np.column_stack([x, y])
+        error = seen[:, None] - truth
         nearest = np.argmin(np.linalg.norm(error, axis=2), axis=1)
         error = error[np.arange(len(scan)), nearest]
-        covariance = turn @ scan.covariance @ turn.T
-        # The vehicle moves during the sweep, up to 0.1 m: the marks of scans taken while it hardly turns.
-        normalised += [e @ np.linalg.solve(c + 0.03**2 * np.eye(2), e) for e, c in zip(error, covariance, strict=True)]
-        far += int((np.linalg.norm(error, axis=1) > 0.5).sum())
-    assert len(normalised) > 100
-    assert far <= 0.03 * len(normalised)
-    assert np.median(normalised) < 6
+        covariance = turn @ scan.covariance @ turn.transpose(0, 2, 1)
+        normalised += [e @ np.linalg.solve(c, e) for e, c in zip(error, covariance, strict=True)]
+    assert len(normalised) > 200
+    # Two degrees of freedom; the median of a chi-square of two is 1.4.
+    assert 0.7 < np.median(normalised) < 2.0
+    assert np.mean(np.array(normalised) > 13.8) < 0.02

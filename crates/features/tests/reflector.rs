@@ -23,7 +23,7 @@ enum Mark {
 enum Scaling {
     Raw,
     Compensated,
-    /// Logarithm in steps of 256, saturated by tape.
+    /// A root in steps of 256, saturated by tape.
     Compressed,
 }
 
@@ -85,7 +85,7 @@ impl Scene<'_> {
         let intensity = match self.scaling {
             Scaling::Raw => 1000.0 * fallen,
             Scaling::Compensated => 100.0 * light,
-            Scaling::Compressed => (90.0 + 25.0 * fallen.ln()).clamp(1.0, 255.0).round(),
+            Scaling::Compressed => (100.0 * fallen.sqrt()).min(255.0).round(),
         };
         (range + SIGMA * noise.draw(), intensity)
     }

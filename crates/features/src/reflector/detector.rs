@@ -65,9 +65,13 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn marks(&self) -> Vec<Reflector> {
-        let mut marks: Vec<Reflector> = self.runs().iter().filter_map(|run| self.mark(run)).collect();
-        let brightest = marks.iter().map(|mark| mark.contrast).fold(1.0, f64::max);
-        marks.retain(|mark| mark.contrast.ln() >= self.options.peer_share * brightest.ln());
+        let runs: Vec<Vec<usize>> = self.runs().into_iter().filter(|run| self.is_mark(run)).collect();
+        let excesses: Vec<f64> = runs.iter().map(|run| self.excess(run)).collect();
+        let brightest = excesses.iter().copied().fold(0.0, f64::max);
+        let like_others = |excess: f64| excess >= self.options.peer_share * brightest;
+        let seen = runs.iter().zip(&excesses).filter(|(_, excess)| like_others(**excess));
+        let mut marks: Vec<Reflector> =
+            seen.filter_map(|(run, excess)| self.locate(run, *excess, brightest - excess)).collect();
         marks.sort_by_key(|mark| mark.index);
         marks
     }
@@ -103,17 +107,28 @@ impl Search<'_> {
         bridged && (near - far).abs() <= slope.max(STEP_SIGMAS * self.options.range_noise)
     }
 
-    /// The mark of a run, if it has the width of one and both ends in view.
-    fn mark(&self, run: &[usize]) -> Option<Reflector> {
-        let (first, last) = (*run.first()?, *run.last()?);
+    /// Mean excess of the logarithm of its intensities.
+    fn excess(&self, run: &[usize]) -> f64 {
         let n = self.layout.beams;
-        let mean = run.iter().map(|k| self.ranges[k % n]).sum::<f64>() / run.len() as f64;
-        let spacing = mean * self.layout.step;
+        let excess = |&k: &usize| self.background.excess(self.ranges[k % n], self.intensities[k % n]);
+        run.iter().map(excess).sum::<f64>() / run.len() as f64
+    }
+
+    /// Distance of neighbouring beams at a run, across the line of sight [m].
+    fn spacing(&self, run: &[usize]) -> f64 {
+        let n = self.layout.beams;
+        run.iter().map(|k| self.ranges[k % n]).sum::<f64>() / run.len() as f64 * self.layout.step
+    }
+
+    /// Whether a run has the width of a mark and both ends in view.
+    fn is_mark(&self, run: &[usize]) -> bool {
+        let (Some(&first), Some(&last)) = (run.first(), run.last()) else { return false };
+        let n = self.layout.beams;
+        let spacing = self.spacing(run);
         let width = (last - first + 1) as f64 * spacing;
         let least = (LEAST_SHARE * self.options.width_min / spacing).floor().max(1.0);
         let wide = width - spacing <= self.options.width_max && run.len() as f64 >= least;
-        let open = self.is_open(first, -1, self.ranges[first % n]) && self.is_open(last, 1, self.ranges[last % n]);
-        (wide && open).then(|| self.locate(run, first, last, width))
+        wide && self.is_open(first, -1, self.ranges[first % n]) && self.is_open(last, 1, self.ranges[last % n])
     }
 
     /// Whether the beam next to `end` shows that the mark ends there: it is in the scan, and nothing nearer hides an edge.
@@ -127,26 +142,27 @@ impl Search<'_> {
         visible && !self.is_bright(next)
     }
 
-    fn locate(&self, run: &[usize], first: usize, last: usize, width: f64) -> Reflector {
+    /// The mark of a run; `dimness` is by how much the logarithm of its intensities falls short of the brightest mark's.
+    fn locate(&self, run: &[usize], excess: f64, dimness: f64) -> Option<Reflector> {
+        let (first, last) = (*run.first()?, *run.last()?);
         let n = self.layout.beams;
         let middle = (first + last) as f64 / 2.0;
         let bearing = |k: f64| (k - middle) * self.layout.step;
         let hits: Vec<(f64, f64)> = run.iter().map(|&k| (bearing(k as f64), self.ranges[k % n])).collect();
         let ends = (bearing(first as f64 - 0.5), bearing(last as f64 + 0.5));
-        let located = locate(&Run { hits: &hits, ends, step: self.layout.step }, self.options);
-        let excess = run.iter().map(|&k| self.background.excess(self.ranges[k % n], self.intensities[k % n]));
+        let located = locate(&Run { hits: &hits, ends, step: self.layout.step, dimness }, self.options);
         let rotation = So2::exp(self.geometry.angle_min + middle * self.geometry.angle_increment);
         let turn = self.layout.turn;
         let mut local = located.covariance;
         local.m12 *= turn;
         local.m21 *= turn;
-        Reflector {
+        Some(Reflector {
             index: ((first + last) / 2) % n,
             point: rotation.act(Vector2::new(located.center.x, turn * located.center.y)),
             covariance: rotation.matrix() * local * rotation.matrix().transpose(),
             post: located.post,
-            width,
-            contrast: (excess.sum::<f64>() / run.len() as f64).exp(),
-        }
+            width: (last - first + 1) as f64 * self.spacing(run),
+            contrast: excess.exp(),
+        })
     }
 }

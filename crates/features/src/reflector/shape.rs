@@ -4,14 +4,17 @@
 //! ranges rho_i, its ends lie at t_a, t_b, each known to a bearing step d (uniform, variance d^2 / 12).
 //!
 //! ```text
-//! flat     line x = a + b y through the hits, least squares with b ~ N(0, 1) (incidence: rarely above 45 degrees)
+//! flat     line x = a + b y through the hits, least squares with b ~ N(0, v), v = max(1, e^(2 q) - 1): the light of a flat
+//!          mark falls with the cosine of the incidence, tan^2 = 1/cos^2 - 1; q says how dim it is beside the brightest
 //!          ends  e = x(t) (1, tan t),  x(t) = a / (1 - b tan t);   centre (e_a + e_b) / 2
 //! post     axis (c, u), radius R known:  x_i = c - sqrt(R^2 - (y_i - u)^2);  N hits leave u in [-U, U],
 //!          U = min(R - (N - 1) D / 2, (N + 1) D / 2 - R),  D = rho d;  c by least squares, averaged over u
-//! odds     post : flat = exp(-(E_post - E_flat) / 2) (2 U / D) : sqrt(v_b) / (N ln(w_max / w_min)),
-//!          E the squared residuals over sigma^2 (flat: with b^2), v_b the variance of b after the fit: both evidences by
-//!          Laplace's approximation, with widths of flat marks equally likely on a logarithmic scale
-//! centre   mixture mean, covariance with the spread between the two
+//! odds     post : flat = exp(-(E_post - E_flat) / 2) (2 U / D) : sqrt(v_b / v) / (N ln(w_max / w_min)),
+//!          E the squared residuals over sigma^2 (flat: with b^2 / v; post: with (q / DIM)^2, for a post is never dim),
+//!          v_b the variance of b after the fit: both evidences by Laplace's approximation, with widths of flat marks
+//!          equally likely on a logarithmic scale
+//! centre   mixture mean, covariance with the spread between the two; a flat mark of unknown slope may lie along the beam
+//!          within what its ends leave open: v_b (x d)^2 / 12 besides
 //! ```
 //!
 //! The noise of a range is the option's, or that of the hits about the line where they say more.
@@ -27,6 +30,11 @@ const ENOUGH: usize = 5;
 /// Least share of a beam spacing that the offset of a post is uncertain by.
 const LEAST_OFFSET: f64 = 0.1;
 
+/// Spread of the logarithm of the brightness of posts, from the level of the diffuse surfaces mostly.
+const DIM: f64 = 0.7;
+/// Steepest slope that dimness may tell.
+const STEEPEST: f64 = 6.0;
+
 /// Bright beams of one mark, bearings from the middle one.
 pub(super) struct Run<'a> {
     /// Bearing [rad] and range [m].
@@ -35,6 +43,8 @@ pub(super) struct Run<'a> {
     pub ends: (f64, f64),
     /// Bearing step [rad].
     pub step: f64,
+    /// By how much the logarithm of the intensities falls short of the brightest mark's.
+    pub dimness: f64,
 }
 
 /// A centre in the frame of the middle bearing.
@@ -54,7 +64,8 @@ struct Shape {
 /// The centre of a mark.
 pub(super) fn locate(run: &Run, options: &Options) -> Located {
     let points: Vec<Vector2<f64>> = run.hits.iter().map(|&(t, r)| Vector2::new(r * t.cos(), r * t.sin())).collect();
-    let line = Line::fit(&points, options.range_noise);
+    let steep = ((2.0 * run.dimness).exp() - 1.0).clamp(1.0, STEEPEST * STEEPEST);
+    let line = Line::fit(&points, options.range_noise, steep);
     let flat = line.mark(run, options);
     let Some(post) = post(&points, run, line.sigma, options.post_radius) else {
         return Located { center: flat.center, covariance: flat.covariance, post: 0.0 };
@@ -78,24 +89,26 @@ struct Line {
     spread: Matrix2<f64>,
     squares: f64,
     sigma: f64,
+    /// Variance of the slope before the fit.
+    steep: f64,
 }
 
 impl Line {
-    fn fit(points: &[Vector2<f64>], noise: f64) -> Self {
-        let prior = noise * noise;
+    fn fit(points: &[Vector2<f64>], noise: f64, steep: f64) -> Self {
+        let prior = noise * noise / steep;
         let (mut normal, mut right) = (Matrix2::new(0.0, 0.0, 0.0, prior), Vector2::zeros());
         for p in points {
             let row = Vector2::new(1.0, p.y);
             normal += row * row.transpose();
             right += row * p.x;
         }
-        let spread = normal.try_inverse().unwrap_or_else(|| Matrix2::identity() * prior);
+        let spread = normal.try_inverse().unwrap_or_else(Matrix2::identity);
         let solution = spread * right;
         let (a, b) = (solution.x, solution.y);
         let squares = points.iter().map(|p| (p.x - a - b * p.y).powi(2)).sum::<f64>();
         let freedom = points.len().saturating_sub(2) as f64;
         let seen = if points.len() >= ENOUGH { (squares / freedom).sqrt() } else { 0.0 };
-        Self { a, b, spread, squares, sigma: noise.max(seen) }
+        Self { a, b, spread, squares, sigma: noise.max(seen), steep }
     }
 
     fn mark(&self, run: &Run, options: &Options) -> Shape {
@@ -106,8 +119,13 @@ impl Line {
         let fit = by_line * self.spread * by_line.transpose() * (self.sigma * self.sigma);
         let slope_variance = self.spread.m22 * self.sigma * self.sigma;
         let widths = (options.width_max / options.width_min).ln().max(1.0) * run.hits.len() as f64;
-        let error = self.squares / (self.sigma * self.sigma) + self.b * self.b;
-        Shape { center, covariance: fit + edges, log_evidence: 0.5 * slope_variance.ln() - widths.ln() - error / 2.0 }
+        let error = self.squares / (self.sigma * self.sigma) + self.b * self.b / self.steep;
+        let along = slope_variance * (self.a * run.step).powi(2) / 12.0;
+        Shape {
+            center,
+            covariance: fit + edges + Matrix2::new(along, 0.0, 0.0, 0.0),
+            log_evidence: 0.5 * (slope_variance / self.steep).ln() - widths.ln() - error / 2.0,
+        }
     }
 
     /// The point of the line at a bearing, its derivatives by (a, b) and by the bearing.
@@ -144,7 +162,7 @@ fn post(points: &[Vector2<f64>], run: &Run, sigma: f64, radius: f64) -> Option<S
     Some(Shape {
         center: Vector2::new(mean, 0.0),
         covariance: Matrix2::new(sigma * sigma / n + between, 0.0, 0.0, half * half / 3.0),
-        log_evidence: share.ln() - squares / (2.0 * sigma * sigma),
+        log_evidence: share.ln() - squares / (2.0 * sigma * sigma) - 0.5 * (run.dimness / DIM).powi(2),
     })
 }
 
