@@ -21,6 +21,7 @@ COMMANDS = [
     ["map"],
     ["simulate"],
     ["simulate", "vehicle"],
+    ["simulate", "localization"],
     ["config"],
     ["evaluate", "trajectory"],
     ["evaluate", "features"],

@@ -107,11 +107,32 @@ class WheelErrors(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """If given, all errors are scaled such that the odometry ends so far from the truth [m]."""
 
 
+class Depot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The warehouse hung with reflectors, on a day of its life."""
+
+    plan: int
+    """Draws the building; the seed of the scenario draws the noise alone."""
+    day: int
+    """Draws the stock."""
+    changed: float
+    """Share of the places for pallets that are drawn anew on this day."""
+    reflectors: float
+    """Share of the reflectors that hang."""
+    drive: str
+    """``survey``, ``path1`` to ``path4`` or ``halts``."""
+
+
+class InDepot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A building that is told in more than a word."""
+
+    depot: Depot
+
+
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything that a simulation depends on."""
 
-    building: str
-    """``rooms``, ``warehouse`` or ``loop``."""
+    building: str | InDepot
+    """``rooms``, ``warehouse``, ``loop`` or the depot."""
     seed: int
     start: float
     """Stamp of the start [s]."""

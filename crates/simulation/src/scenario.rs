@@ -3,13 +3,14 @@
 use crate::drive::{Limits, Vehicle, WheelErrors};
 use crate::error::SimulationError;
 use crate::scanner::Scanner;
+use crate::scenes::depot::Depot;
 use serde::{Deserialize, Serialize};
 
 /// Names of the scenarios.
-pub const SCENES: [&str; 5] = ["rooms", "warehouse", "loop", "stalls", "turns"];
+pub const SCENES: [&str; 6] = ["rooms", "warehouse", "loop", "stalls", "turns", "depot"];
 
 /// A building and a route through it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Building {
     /// An office floor: corridors around two blocks, rooms with doors and furniture.
@@ -18,6 +19,8 @@ pub enum Building {
     Warehouse,
     /// Two kilometres of corridors in one loop.
     Loop,
+    /// The warehouse, hung with reflectors, on a day of its life.
+    Depot(Depot),
 }
 
 /// Everything that a simulation depends on.
@@ -80,6 +83,7 @@ impl Scenario {
             "turns" => Ok(turns(rooms)),
             "loop" => Ok(two_kilometres(rooms)),
             "warehouse" => Ok(warehouse(rooms)),
+            "depot" => Ok(depot(warehouse(rooms))),
             _ => Err(SimulationError::UnknownScene(name.to_owned())),
         }
     }
@@ -119,6 +123,10 @@ impl Scenario {
         require(&positive, |x| x > 0.0 && x.is_finite(), "must be finite and above 0")?;
         require(&at_least_zero, |x| x >= 0.0 && x.is_finite(), "must be finite and at least 0")?;
         require(&[("scanner.dropout", scanner.dropout)], |x| x <= 1.0, "must be at most 1")?;
+        if let Building::Depot(depot) = self.building {
+            let shares = [("building.changed", depot.changed), ("building.reflectors", depot.reflectors)];
+            require(&shares, |x| (0.0..=1.0).contains(&x), "must be from 0 to 1")?;
+        }
         self.check_vehicle()
     }
 
@@ -188,5 +196,27 @@ fn warehouse(rooms: Scenario) -> Scenario {
             ..Scanner::default()
         },
         ..rooms
+    }
+}
+
+/// The forklift of the warehouse with a scanner of a quarter of a degree, 12 mm of range noise and a steering offset: the
+/// vehicle whose halting accuracy is measured (F. Kallasi, thesis, Parma 2017, tables 5.1 to 5.3).
+fn depot(warehouse: Scenario) -> Scenario {
+    let (step, period) = (0.25_f64.to_radians(), 0.1);
+    Scenario {
+        building: Building::Depot(Depot::default()),
+        vehicle: Vehicle::Tricycle { radius: 0.12, wheelbase: 1.35, steering_offset: -0.0131 },
+        scanner: Scanner {
+            mount: [1.1, 0.002, 0.0075],
+            beams: 1081,
+            angle_min: -540.0 * step,
+            angle_increment: step,
+            period,
+            time_increment: period * 0.75 / 1081.0,
+            sigma: 0.012,
+            ..warehouse.scanner
+        },
+        odometry_every: 1,
+        ..warehouse
     }
 }

@@ -3,6 +3,7 @@
 use groma_simulation::random::{Purpose, Random};
 use groma_simulation::scenario::Building;
 use groma_simulation::scenes;
+use groma_simulation::scenes::depot::Depot;
 use groma_simulation::world::{RayCaster, Shape, Surface, World};
 use nalgebra::Vector2;
 use proptest::prelude::*;
@@ -56,7 +57,7 @@ proptest! {
 
 #[test]
 fn finds_the_nearest_in_buildings() {
-    for building in [Building::Rooms, Building::Warehouse, Building::Loop] {
+    for building in [Building::Rooms, Building::Warehouse, Building::Loop, Building::Depot(Depot::default())] {
         let mut random = Random::new(11, Purpose::Building);
         let (world, route) = scenes::build(building, &mut random);
         let caster = RayCaster::new(&world);

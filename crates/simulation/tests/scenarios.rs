@@ -2,7 +2,9 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly")]
 
-use groma_simulation::scenario::SCENES;
+use groma_simulation::scenario::{Building, SCENES};
+use groma_simulation::scenes::depot::{Depot, DepotDrive};
+use groma_simulation::world::{REFLECTOR, World};
 use groma_simulation::{Scanner, Scenario, Simulated, SimulationError, simulate};
 
 /// The drive and the odometry of a scenario, with hardly any scan.
@@ -101,4 +103,56 @@ fn scenarios_survive_json_and_unknown_settings_do_not() {
         let wrong = text.replacen("\"sigma\"", "\"sgima\"", 1);
         assert!(serde_json::from_str::<Scenario>(&wrong).unwrap_err().to_string().contains("sgima"));
     }
+}
+
+/// The world and the length of the way of a drive through the depot.
+fn depot(seed: u64, depot: Depot) -> (World, f64) {
+    let scenario = Scenario::named("depot", seed).unwrap();
+    let scanner = Scanner { period: 1e4, ..scenario.scanner.clone() };
+    let run = simulate(&Scenario { building: Building::Depot(depot), scanner, ..scenario }).unwrap();
+    let length = length(&run);
+    (run.world, length)
+}
+
+fn marks(world: &World) -> Vec<groma_simulation::world::Surface> {
+    world.surfaces.iter().copied().filter(|surface| surface.reflectivity >= REFLECTOR).collect()
+}
+
+#[test]
+fn the_paths_through_the_depot_are_as_long_as_they_say() {
+    let wanted =
+        [(DepotDrive::Path1, 12.0), (DepotDrive::Path2, 12.0), (DepotDrive::Path3, 12.0), (DepotDrive::Path4, 7.0)];
+    for (drive, metres) in wanted {
+        for plan in 1..=3 {
+            let (_, length) = depot(plan, Depot { plan, drive, ..Depot::default() });
+            assert!((length - metres).abs() < 0.3, "{drive:?} of plan {plan}: {length} m");
+        }
+    }
+}
+
+#[test]
+fn halting_points_are_visited_again() {
+    let (_, length) = depot(1, Depot { drive: DepotDrive::Halts, ..Depot::default() });
+    assert!((300.0..350.0).contains(&length), "{length}");
+}
+
+#[test]
+fn a_day_moves_its_share_of_the_pallets_and_nothing_else() {
+    let at = |day, changed| depot(1, Depot { day, changed, ..Depot::default() }).0;
+    let (before, same, moved) = (at(0, 0.0), at(7, 0.0), at(7, 1.0 / 3.0));
+    assert_eq!(before.surfaces, same.surfaces);
+    assert_eq!(marks(&before), marks(&moved));
+    let kept = before.surfaces.iter().filter(|surface| moved.surfaces.contains(surface)).count() as f64;
+    let share = kept / before.surfaces.len() as f64;
+    assert!((0.6..0.95).contains(&share), "{share}");
+    assert_ne!(moved.surfaces, at(8, 1.0 / 3.0).surfaces);
+}
+
+#[test]
+fn fewer_reflectors_are_some_of_them() {
+    let at = |reflectors| marks(&depot(1, Depot { reflectors, ..Depot::default() }).0);
+    let (all, half, few, none) = (at(1.0), at(0.5), at(0.25), at(0.0));
+    assert!(all.len() > 60 && none.is_empty());
+    assert!((half.len() as f64 / all.len() as f64 - 0.5).abs() < 0.15);
+    assert!(half.iter().all(|mark| all.contains(mark)) && few.iter().all(|mark| half.contains(mark)));
 }

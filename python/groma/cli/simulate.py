@@ -18,11 +18,12 @@ from groma.io.trajectory import write_tum
 from groma.simulation import Simulated, scenario, true_relations, write_relations
 from groma.simulation import simulate as run
 
-Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns"]
+Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
 app = App(name="simulate")
 app.command("groma.cli.simulate_vehicle:vehicle")
+app.command("groma.cli.simulate_localization:localization")
 
 
 @app.default
@@ -37,6 +38,7 @@ def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")],
         rooms: an office floor, a scan every 0.2 s. warehouse: racks, pallets, reflectors, a tricycle, moving sweeps.
         loop: 2 km of corridor, a scan every 2 s, odometry that ends 30 m off. stalls: rooms, with odometry that
         stands still for a second and then jumps. turns: rooms, with turns of 40 degrees and more between scans.
+        depot: the warehouse with more reflectors and a finer scanner.
     output
         Recording to write: .csv, .csv.gz or .mcap.
     seed

@@ -4,11 +4,13 @@
 //! symmetric plan) and repetitive on purpose (standard doors at a regular pitch), as real ones are.
 
 pub mod corridor_loop;
+pub mod depot;
 pub mod face;
 pub mod hall;
 pub mod room;
 pub mod rooms;
 pub mod row;
+pub mod stock;
 pub mod visit;
 pub mod warehouse;
 
@@ -23,6 +25,7 @@ pub fn build(building: Building, random: &mut Random) -> (World, Route) {
     match building {
         Building::Rooms => rooms::build(random),
         Building::Warehouse => warehouse::build(random),
+        Building::Depot(depot) => depot::build(&depot),
         Building::Loop => corridor_loop::build(random),
     }
 }

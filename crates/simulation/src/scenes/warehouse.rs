@@ -7,6 +7,7 @@
 
 use super::face::Face;
 use super::row::Row;
+use super::stock::{Room, Stock};
 use crate::drive::Route;
 use crate::random::Random;
 use crate::world::{FURNITURE, REFLECTOR, WALL, World};
@@ -17,19 +18,17 @@ const HALL: (f64, f64) = (68.0, 36.5);
 /// Size of the office cut out of its upper right corner [m].
 const OFFICE: (f64, f64) = (9.0, 8.5);
 /// Double racks.
-const RACKS: usize = 5;
+pub const RACKS: usize = 5;
 /// Middle of the lowest aisle and distance to the next one [m].
 const AISLES: (f64, f64) = (3.2, 5.9);
 /// Middle of the left and right lane [m].
-const LANES: (f64, f64) = (3.6, 54.0);
+pub const LANES: (f64, f64) = (3.6, 54.0);
 /// Where the racks begin [m].
-const RACK_START: f64 = 7.0;
+pub const RACK_START: f64 = 7.0;
 /// Length of a bay between uprights [m].
-const BAY: f64 = 2.75;
+pub const BAY: f64 = 2.75;
 /// Depth of a single rack, and the gap between the two of a double rack [m].
 const DEPTH: (f64, f64) = (1.1, 0.2);
-/// Footprint of a pallet, the long side across the rack [m].
-const PALLET: (f64, f64) = (0.8, 1.2);
 /// How a hall wall is drawn: pilasters, doors, no rooms.
 const HALL_WALL: Row =
     Row { module: (4.0, 6.5), depth: (3.0, 3.5), open: 0.0, margin: 0.3, clutter: 0.7, niches: (0.2, 0.6) };
@@ -37,13 +36,25 @@ const HALL_WALL: Row =
 /// Draws the warehouse and its route.
 #[must_use]
 pub fn build(random: &mut Random) -> (World, Route) {
+    (draw(random, &mut Stock::unchanged()), route())
+}
+
+/// Draws the warehouse with the stock of a day.
+#[must_use]
+pub fn draw(random: &mut Random, stock: &mut Stock) -> World {
     let mut world = World::default();
     walls(&mut world, random);
     for rack in 0..RACKS {
-        double_rack(&mut world, AISLES.0 + AISLES.1 * (rack as f64 + 0.5), random);
+        double_rack(&mut world, aisle(rack) + AISLES.1 / 2.0, random, stock);
     }
-    staging(&mut world, random);
-    (world, route())
+    staging(&mut world, random, stock);
+    world
+}
+
+/// Middle of an aisle, counted from below [m].
+#[must_use]
+pub fn aisle(k: usize) -> f64 {
+    AISLES.0 + AISLES.1 * k as f64
 }
 
 fn walls(world: &mut World, random: &mut Random) {
@@ -66,14 +77,14 @@ fn plates(world: &mut World, face: &Face, random: &mut Random) {
     }
 }
 
-fn double_rack(world: &mut World, middle: f64, random: &mut Random) {
+fn double_rack(world: &mut World, middle: f64, random: &mut Random, stock: &mut Stock) {
     let bays = 13 + random.index(4);
     let start = RACK_START + random.uniform(0.0, 0.9);
     let missing = random.index(bays);
     for side in [-1.0, 1.0] {
         let y = middle + side * (DEPTH.0 + DEPTH.1) / 2.0;
         for bay in (0..bays).filter(|&bay| bay != missing) {
-            single_bay(world, Vector2::new(start + BAY * bay as f64, y), random);
+            single_bay(world, Vector2::new(start + BAY * bay as f64, y), random, stock);
         }
     }
     let end = start + BAY * bays as f64;
@@ -85,7 +96,7 @@ fn double_rack(world: &mut World, middle: f64, random: &mut Random) {
 }
 
 /// The four uprights of a bay whose left end is in the middle at `at`, and its three places for pallets.
-fn single_bay(world: &mut World, at: Vector2<f64>, random: &mut Random) {
+fn single_bay(world: &mut World, at: Vector2<f64>, random: &mut Random, stock: &mut Stock) {
     for x in [0.0, BAY] {
         for y in [-0.5, 0.5] {
             let post = at + Vector2::new(x, y * (DEPTH.0 - 0.1));
@@ -94,27 +105,12 @@ fn single_bay(world: &mut World, at: Vector2<f64>, random: &mut Random) {
     }
     for place in 0..3 {
         let middle = at + Vector2::new((f64::from(place) + 0.5) * BAY / 3.0, 0.0);
-        let jitter = Vector2::new(random.uniform(-0.03, 0.03), random.uniform(-0.08, 0.08));
-        pallet(world, middle + jitter, random.uniform(-0.03, 0.03), random);
-    }
-}
-
-/// A loaded pallet, an empty one, or none.
-fn pallet(world: &mut World, center: Vector2<f64>, turn: f64, random: &mut Random) {
-    let kind = random.uniform(0.0, 1.0);
-    if kind < 0.55 {
-        let load = Vector2::new(PALLET.0 - random.uniform(0.0, 0.15), PALLET.1 - random.uniform(0.0, 0.3));
-        world.rectangle(center, load, turn, FURNITURE);
-    } else if kind < 0.75 {
-        let pose = groma_geometry::Se2::new(center.x, center.y, turn);
-        for (x, y) in [-0.33, 0.0, 0.33].into_iter().flat_map(|x| [(x, -0.53), (x, 0.53)]) {
-            world.rectangle(pose.act(Vector2::new(x, y)), Vector2::new(0.1, 0.14), turn, FURNITURE);
-        }
+        stock.place(world, middle, &Room { x: 0.03, y: 0.08, turn: 0.03 }, random);
     }
 }
 
 /// Columns and pallets that wait at the docks, right of the right lane.
-fn staging(world: &mut World, random: &mut Random) {
+fn staging(world: &mut World, random: &mut Random, stock: &mut Stock) {
     for y in [7.0, 14.5, 22.0] {
         let column = Vector2::new(59.5, y);
         world.rectangle(column, Vector2::new(0.35, 0.35), 0.0, WALL);
@@ -123,14 +119,14 @@ fn staging(world: &mut World, random: &mut Random) {
     for row in 0..6 {
         for place in 0..3 {
             let center = Vector2::new(61.5 + 1.7 * f64::from(place), 3.0 + 3.6 * f64::from(row));
-            let jitter = Vector2::new(random.uniform(-0.25, 0.25), random.uniform(-0.5, 0.5));
-            pallet(world, center + jitter, random.uniform(-0.5, 0.5), random);
+            stock.place(world, center, &Room { x: 0.25, y: 0.5, turn: 0.5 }, random);
         }
     }
 }
 
-fn route() -> Route {
-    let aisle = |k: usize| AISLES.0 + AISLES.1 * k as f64;
+/// Around the racks, all aisles to and fro, around again.
+#[must_use]
+pub fn route() -> Route {
     let (left, right) = LANES;
     let mut points = vec![(left + 6.0, aisle(0)), (right, aisle(0)), (right, aisle(RACKS)), (left, aisle(RACKS))];
     for k in 0..=RACKS {
