@@ -164,6 +164,7 @@ class Mapper:
         self,
         stamp: float,
         ranges: NDArray[np.float64],
+        intensities: NDArray[np.float64],
         beams: tuple[float, float, float, float, float],
         mount: tuple[float, float, float],
     ) -> str: ...
@@ -235,3 +236,21 @@ class Localizer:
     def state(self) -> tuple[float, tuple[float, float, float], NDArray[np.float64]]: ...
     def quality(self) -> dict[str, Any]: ...
     def found(self) -> tuple[int, int]: ...
+
+class Survey:
+    """Builds a map from scans at known poses; `options` is JSON."""
+
+    def __init__(self, options: str) -> None: ...
+    def push_scan(
+        self,
+        stamp: float,
+        ranges: NDArray[np.float64],
+        intensities: NDArray[np.float64],
+        beams: tuple[float, float, float, float, float],
+        mount: tuple[float, float, float],
+        pose: tuple[float, float, float],
+        covariance: NDArray[np.float64],
+        twist: tuple[float, float, float],
+    ) -> bool: ...
+    def __len__(self) -> int: ...
+    def finish(self) -> dict[str, Any]: ...

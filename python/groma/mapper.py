@@ -74,14 +74,15 @@ def _feed(core: _core.Mapper, drive: Drive, counts: Counter[str], progress: Prog
             core.push_odometry(event.stamp, event.x, event.y, event.theta)
             counts["odometry_read"] += 1
             continue
-        skipped = core.push_scan(event.stamp, event.ranges, _beams(event), mount)
+        skipped = core.push_scan(event.stamp, event.ranges, event.intensities, beams(event), mount)
         counts["scans_read"] += 1
         counts[f"skipped scans with {skipped}" if skipped else "scans_used"] += 1
         if progress:
             progress(counts["scans_read"], *core.progress())
 
 
-def _beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
+def beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
+    """Return the beam geometry of a scan as the core takes it."""
     g = scan.geometry
     return (g.angle_min, g.angle_increment, g.time_increment, g.range_min, g.range_max)
 
@@ -98,20 +99,30 @@ def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
         odometry=odometry if len(odometry) else np.full_like(trajectory, np.nan),
         tracked=arrays["tracked"],
         closures=closures,
-        grid=OccupancyGrid(arrays["grid_resolution"], arrays["grid_origin"], arrays["grid_cells"]),
-        landmarks=Landmarks(
-            kinds=np.array(arrays["landmark_kinds"], dtype=np.str_),
-            positions=arrays["landmark_positions"],
-            covariances=arrays["landmark_covariances"],
-            orientations=arrays["landmark_orientations"],
-            descriptors=arrays["landmark_descriptors"],
-            seen=arrays["landmark_seen"],
-            visible=arrays["landmark_visible"],
-        ),
+        grid=to_grid(arrays),
+        landmarks=to_landmarks(arrays),
         weak=tuple(
             WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays["weak"]
         ),
         counts={**counts, **_counts(arrays, closures)},
+    )
+
+
+def to_grid(arrays: dict[str, Any]) -> OccupancyGrid:
+    """Return the core's grid as a value."""
+    return OccupancyGrid(arrays["grid_resolution"], arrays["grid_origin"], arrays["grid_cells"])
+
+
+def to_landmarks(arrays: dict[str, Any]) -> Landmarks:
+    """Return the core's landmarks as a value."""
+    return Landmarks(
+        kinds=np.array(arrays["landmark_kinds"], dtype=np.str_),
+        positions=arrays["landmark_positions"],
+        covariances=arrays["landmark_covariances"],
+        orientations=arrays["landmark_orientations"],
+        descriptors=arrays["landmark_descriptors"],
+        seen=arrays["landmark_seen"],
+        visible=arrays["landmark_visible"],
     )
 
 

@@ -1,6 +1,7 @@
 //! A scan that the map is built of.
 
 use groma_features::Keypoint;
+use groma_features::reflector::Reflector;
 use groma_geometry::Se2;
 use groma_registration::PolarView;
 use nalgebra::Matrix3;
@@ -16,6 +17,8 @@ pub struct Keyframe {
     pub view: PolarView,
     /// Corners, in the vehicle frame.
     pub corners: Vec<Keypoint>,
+    /// Reflectors, in the vehicle frame.
+    pub reflectors: Vec<Reflector>,
     /// Covariance of the step from the keyframe before (body frame of this one); zero for the first.
     pub step: Matrix3<f64>,
     /// Covariance of the registration alone along its weakest direction [m] and that direction in the vehicle frame [rad].

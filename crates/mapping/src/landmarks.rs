@@ -1,6 +1,7 @@
-//! The landmark map: corners that keyframes saw again and again, each with an honest covariance.
+//! The landmark map: corners and reflectors that keyframes saw again and again, each with an honest covariance.
 //!
-//! Every corner of every keyframe is brought into the map, in order of time, and joins the nearest cluster within
+//! Both are treated alike, each for itself; a reflector has no orientation to tell it from its neighbour. Every corner of
+//! every keyframe is brought into the map, in order of time, and joins the nearest cluster within
 //! `GATE` that opens into the same direction (`TURN`), one corner a keyframe and cluster; else it begins a new one. A
 //! scan that shows one corner twice thereby begins a twin. So in the end clusters within the same gate are joined,
 //! the one of fewer sights to the other, if they are closer than a scan can tell apart (`ONE`), or if few keyframes
@@ -31,6 +32,7 @@
 
 use crate::keyframe::Keyframe;
 use groma_features::Keypoint;
+use groma_features::reflector::Reflector;
 use groma_geometry::{Se2, wrap};
 use groma_models::{Landmark, LandmarkKind, LandmarkMap};
 use groma_registration::Visibility;
@@ -60,25 +62,48 @@ const FLOOR: f64 = 0.005;
 const LEAST_SIGMA: f64 = 0.001;
 
 /// The landmarks of `keyframes` at `poses` (map from vehicle), whose `covariances` are relative to the first pose, perturbed
-/// on the right; one of each a keyframe. In order of first sight.
+/// on the right; one of each a keyframe. First the corners, then the reflectors, each in order of first sight.
 #[must_use]
 pub fn landmarks(keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> LandmarkMap {
+    let of = |kind| of_kind(kind, keyframes, poses, covariances);
+    LandmarkMap { landmarks: [of(LandmarkKind::Corner), of(LandmarkKind::Reflector)].concat() }
+}
+
+fn of_kind(kind: LandmarkKind, keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> Vec<Landmark> {
     let mut clusters = Clusters::default();
     for (k, ((keyframe, pose), covariance)) in keyframes.iter().zip(poses).zip(covariances).enumerate() {
-        let sights = keyframe.corners.iter().filter_map(|c| Sight::new(k, c, pose, covariance)).collect();
+        let sights = marks(kind, keyframe).filter_map(|mark| Sight::new(k, &mark, pose, covariance)).collect();
         clusters.add(sights);
     }
     let merged = clusters.merge();
     let enough = merged.par_iter().filter(|c| c.sights.len() >= LEAST_SEEN);
-    LandmarkMap { landmarks: enough.filter_map(|c| c.landmark(keyframes, poses)).collect() }
+    enough.filter_map(|c| c.landmark(kind, keyframes, poses)).collect()
 }
 
-/// A corner as one keyframe saw it, in the map frame.
+/// A corner or reflector of one keyframe, in the vehicle frame.
+struct Mark {
+    point: Vector2<f64>,
+    covariance: Matrix2<f64>,
+    orientation: Option<f64>,
+}
+
+/// What a keyframe saw of a kind.
+fn marks(kind: LandmarkKind, keyframe: &Keyframe) -> impl Iterator<Item = Mark> {
+    let (corners, reflectors): (&[Keypoint], &[Reflector]) = match kind {
+        LandmarkKind::Corner => (&keyframe.corners, &[]),
+        LandmarkKind::Reflector => (&[], &keyframe.reflectors),
+    };
+    let corner = |c: &Keypoint| Mark { point: c.point, covariance: c.covariance, orientation: Some(c.orientation) };
+    let reflector = |r: &Reflector| Mark { point: r.point, covariance: r.covariance, orientation: None };
+    corners.iter().map(corner).chain(reflectors.iter().map(reflector))
+}
+
+/// A mark as one keyframe saw it, in the map frame.
 struct Sight {
     keyframe: usize,
     point: Vector2<f64>,
-    orientation: f64,
-    /// Of the corner alone.
+    orientation: Option<f64>,
+    /// Of the mark alone.
     covariance: Matrix2<f64>,
     /// What the pose adds.
     from_pose: Matrix2<f64>,
@@ -86,23 +111,23 @@ struct Sight {
 
 impl Sight {
     /// None if a number is not finite.
-    fn new(keyframe: usize, corner: &Keypoint, pose: &Se2, pose_covariance: &Matrix3<f64>) -> Option<Self> {
+    fn new(keyframe: usize, mark: &Mark, pose: &Se2, pose_covariance: &Matrix3<f64>) -> Option<Self> {
         let r = pose.rotation.matrix();
-        let c = corner.point;
+        let c = mark.point;
         let jacobian = r * Matrix2x3::new(1.0, 0.0, -c.y, 0.0, 1.0, c.x);
         let sight = Self {
             keyframe,
             point: pose.act(c),
-            orientation: wrap(corner.orientation + pose.theta()),
-            covariance: r * corner.covariance * r.transpose() + Matrix2::identity() * LEAST_SIGMA.powi(2),
+            orientation: mark.orientation.map(|angle| wrap(angle + pose.theta())),
+            covariance: r * mark.covariance * r.transpose() + Matrix2::identity() * LEAST_SIGMA.powi(2),
             from_pose: jacobian * pose_covariance * jacobian.transpose(),
         };
-        let sum = sight.point.sum() + sight.orientation + sight.covariance.sum() + sight.from_pose.sum();
+        let sum = sight.point.sum() + sight.orientation.unwrap_or(0.0) + sight.covariance.sum() + sight.from_pose.sum();
         sum.is_finite().then_some(sight)
     }
 }
 
-/// Sights of one corner.
+/// Sights of one landmark.
 #[derive(Default)]
 struct Cluster {
     /// In order of time, one a keyframe.
@@ -114,12 +139,12 @@ struct Cluster {
 }
 
 impl Cluster {
-    fn orientation(&self) -> f64 {
-        self.facing.y.atan2(self.facing.x)
+    fn orientation(&self) -> Option<f64> {
+        (self.facing != Vector2::zeros()).then(|| self.facing.y.atan2(self.facing.x))
     }
 
     fn push(&mut self, sight: Sight) {
-        self.facing += Vector2::new(sight.orientation.cos(), sight.orientation.sin());
+        self.facing += sight.orientation.map_or_else(Vector2::zeros, |angle| Vector2::new(angle.cos(), angle.sin()));
         self.center += (sight.point - self.center) / (self.sights.len() + 1) as f64;
         self.sights.push(sight);
     }
@@ -142,15 +167,15 @@ impl Cluster {
     }
 
     /// The landmark, if it was found often enough where it was in view.
-    fn landmark(&self, keyframes: &[Keyframe], poses: &[Se2]) -> Option<Landmark> {
+    fn landmark(&self, kind: LandmarkKind, keyframes: &[Keyframe], poses: &[Se2]) -> Option<Landmark> {
         let (position, scatter) = self.fuse()?;
         let (seen, visible) = (self.sights.len(), self.visible(position, keyframes, poses));
         let from_pose = self.sights.iter().map(|s| s.from_pose).min_by(|a, b| a.trace().total_cmp(&b.trace()))?;
         (seen as f64 >= LEAST_SHARE * visible as f64).then(|| Landmark {
-            kind: LandmarkKind::Corner,
+            kind,
             position,
             covariance: scatter + from_pose + Matrix2::identity() * FLOOR.powi(2),
-            orientation: Some(self.orientation()),
+            orientation: self.orientation(),
             descriptor: None,
             seen: seen as u32,
             visible: visible as u32,
@@ -243,13 +268,13 @@ impl Clusters {
         }
     }
 
-    /// Clusters that may be a corner at `point`, with their squared distances.
-    fn near(&self, point: Vector2<f64>, orientation: f64) -> Vec<(f64, usize)> {
+    /// Clusters that may be a mark at `point`, with their squared distances.
+    fn near(&self, point: Vector2<f64>, orientation: Option<f64>) -> Vec<(f64, usize)> {
         let (column, row) = cell(point);
         let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (column.saturating_add(i), row.saturating_add(j))));
         let candidates = around.filter_map(|c| self.cells.get(&c)).flatten();
         candidates
-            .filter(|&&c| wrap(self.clusters[c].orientation() - orientation).abs() < TURN)
+            .filter(|&&c| face_alike(self.clusters[c].orientation(), orientation))
             .map(|&c| ((self.clusters[c].center - point).norm_squared(), c))
             .filter(|(sq, _)| *sq < GATE * GATE)
             .collect()
@@ -285,7 +310,7 @@ impl Clusters {
         merged.clusters
     }
 
-    /// The nearest cluster that is the same corner as `cluster`.
+    /// The nearest cluster that is the same landmark as `cluster`.
     fn twin(&self, cluster: &Cluster) -> Option<usize> {
         let near = self.near(cluster.center, cluster.orientation()).into_iter();
         let rarer = |c: &Cluster| c.sights.len().min(cluster.sights.len()) as f64;
@@ -293,6 +318,11 @@ impl Clusters {
         let twins = near.filter(|(sq, c)| same(*sq, &self.clusters[*c]));
         twins.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, c)| c)
     }
+}
+
+/// Whether two marks may be one by where they face.
+fn face_alike(a: Option<f64>, b: Option<f64>) -> bool {
+    a.zip(b).is_none_or(|(a, b)| wrap(a - b).abs() < TURN)
 }
 
 /// The cell of the hash that holds a point.

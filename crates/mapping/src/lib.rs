@@ -3,6 +3,7 @@
 pub mod closer;
 pub mod closure;
 mod corners;
+pub mod finder;
 pub mod keyframe;
 pub mod landmarks;
 pub mod local_map;
@@ -14,6 +15,7 @@ pub mod offset;
 pub mod options;
 pub mod pose_graph;
 pub mod recognition;
+pub mod survey;
 pub mod tracker;
 pub mod trajectory;
 pub mod uncertainty;

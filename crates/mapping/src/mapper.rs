@@ -10,7 +10,7 @@
 
 use crate::closer::Closer;
 use crate::closure::Verdict;
-use crate::corners::Corners;
+use crate::finder::Finder;
 use crate::keyframe::Keyframe;
 use crate::landmarks::landmarks;
 use crate::local_map::{LocalMap, link};
@@ -58,7 +58,7 @@ pub struct Mapper {
     options: Options,
     track: OdometryTrack,
     tracker: Tracker,
-    corners: Corners,
+    finder: Finder,
     keyframes: Vec<Keyframe>,
     closer: Closer,
     placed: Vec<Placed>,
@@ -72,7 +72,7 @@ impl Mapper {
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {
-            corners: Corners::new(options.corners),
+            finder: Finder::new(&options),
             options,
             track: OdometryTrack::default(),
             tracker: Tracker::default(),
@@ -134,7 +134,7 @@ impl Mapper {
         let increment = self.increment(scan.stamp);
         let step = self.tracker.step(scan.stamp, view, increment, &mut self.keyframes);
         if let Some(keyframe) = self.keyframes.last_mut().filter(|_| step.is_keyframe) {
-            keyframe.corners = self.corners.find(scan, &keyframe.view);
+            self.finder.find(scan, keyframe);
         }
         if let Some(finished) = step.finished {
             self.add_local_map(finished);

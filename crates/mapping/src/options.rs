@@ -1,6 +1,6 @@
 //! Settings of mapping. One set of defaults serves all recordings; what depends on the scanner or the wheels is learned.
 
-use groma_features::falko;
+use groma_features::{falko, reflector};
 use serde::{Deserialize, Serialize};
 
 /// Settings of [`Mapper`](crate::mapper::Mapper).
@@ -13,10 +13,17 @@ pub struct Options {
     pub online: bool,
     /// Corner features.
     pub corners: falko::Options,
+    /// Reflectors, where the scans have intensities.
+    pub reflectors: reflector::Options,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { resolution: 0.05, online: false, corners: falko::Options::default() }
+        Self {
+            resolution: 0.05,
+            online: false,
+            corners: falko::Options::default(),
+            reflectors: reflector::Options::default(),
+        }
     }
 }

@@ -292,7 +292,18 @@ impl Tracker {
         self.since = Matrix3::zeros();
         self.last_keyframe = Some(tracked);
         let torn = std::mem::take(&mut self.torn);
-        keyframes.push(Keyframe { stamp, tracked, view, corners: Vec::new(), step, weakest, share, surprised, torn });
+        keyframes.push(Keyframe {
+            stamp,
+            tracked,
+            view,
+            corners: Vec::new(),
+            reflectors: Vec::new(),
+            step,
+            weakest,
+            share,
+            surprised,
+            torn,
+        });
     }
 
     /// Begins a local map at the last keyframe when the younger one is half full; finishes the older.

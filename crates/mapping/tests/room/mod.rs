@@ -53,6 +53,7 @@ pub fn keyframe(scan: &LaserScan, corners: Vec<Keypoint>) -> Keyframe {
         tracked: Se2::IDENTITY,
         view: PolarView::new(scan, &MOUNT, Vector3::zeros()),
         corners,
+        reflectors: Vec::new(),
         step: Matrix3::zeros(),
         weakest: (0.0, 0.0),
         share: 1.0,

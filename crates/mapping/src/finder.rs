@@ -1,0 +1,37 @@
+//! Finds the corners and reflectors of a scan and puts them into the vehicle frame of its stamp.
+//!
+//! A mark found at beam i counts as seen from where the laser was when that beam was fired.
+
+use crate::corners::Corners;
+use crate::keyframe::Keyframe;
+use crate::options::Options;
+use groma_features::reflector::{self, Reflector};
+use groma_models::LaserScan;
+use groma_registration::PolarView;
+
+/// The detectors, with the tables for the scanner that was seen last.
+pub struct Finder {
+    corners: Corners,
+    reflectors: reflector::Options,
+}
+
+impl Finder {
+    /// With the settings of mapping.
+    #[must_use]
+    pub fn new(options: &Options) -> Self {
+        Self { corners: Corners::new(options.corners), reflectors: options.reflectors }
+    }
+
+    /// Finds what `scan` shows and puts it into the keyframe that was made of it.
+    pub fn find(&mut self, scan: &LaserScan, keyframe: &mut Keyframe) {
+        keyframe.corners = self.corners.find(scan, &keyframe.view);
+        let found = reflector::detect(&scan.ranges, &scan.intensities, &scan.geometry, &self.reflectors);
+        keyframe.reflectors = found.iter().map(|mark| in_vehicle(mark, &keyframe.view)).collect();
+    }
+}
+
+fn in_vehicle(mark: &Reflector, view: &PolarView) -> Reflector {
+    let laser = view.laser_at(mark.index);
+    let r = laser.rotation.matrix();
+    Reflector { point: laser.act(mark.point), covariance: r * mark.covariance * r.transpose(), ..*mark }
+}

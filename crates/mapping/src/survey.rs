@@ -1,0 +1,100 @@
+//! A map from poses that are known: from a tracking system, from navigation by reflectors, from another map.
+//!
+//! Scans become keyframes where the vehicle has moved on by `STEP` or `TURN`; what they show is put together at the poses
+//! given, by the same rules as in a map whose poses were estimated ([`crate::landmarks`], [`crate::occupancy`]).
+//! Assumes that the poses are as good as their covariances say; nothing is corrected.
+
+use crate::finder::Finder;
+use crate::keyframe::Keyframe;
+use crate::landmarks::landmarks;
+use crate::occupancy::occupancy;
+use crate::options::Options;
+use groma_geometry::Se2;
+use groma_models::{Grid, LandmarkMap, LaserScan};
+use groma_registration::PolarView;
+use nalgebra::{Matrix3, Vector3};
+
+/// Way between keyframes [m].
+const STEP: f64 = 0.2;
+/// Turn between keyframes [rad].
+const TURN: f64 = 0.1;
+
+/// Where the vehicle was when a scan began, and how it moved while it lasted.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownPose {
+    /// `T_map_base` at the stamp of the scan.
+    pub pose: Se2,
+    /// Covariance of the pose, perturbed on the right.
+    pub covariance: Matrix3<f64>,
+    /// Twist of the body [m/s, m/s, rad/s].
+    pub twist: Vector3<f64>,
+}
+
+/// Scans at known poses.
+pub struct Survey {
+    options: Options,
+    finder: Finder,
+    keyframes: Vec<Keyframe>,
+    covariances: Vec<Matrix3<f64>>,
+}
+
+impl Survey {
+    /// Nothing yet.
+    #[must_use]
+    pub fn new(options: Options) -> Self {
+        Self { finder: Finder::new(&options), options, keyframes: Vec::new(), covariances: Vec::new() }
+    }
+
+    /// Takes a scan of a laser mounted at `t_base_laser`; false if it brings nothing new or its pose is not finite.
+    pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2, known: &KnownPose) -> bool {
+        let finite = (known.pose.to_vector().sum() + known.covariance.sum() + known.twist.sum()).is_finite();
+        if !finite || self.keyframes.last().is_some_and(|last| !has_moved(&last.tracked, &known.pose)) {
+            return false;
+        }
+        let mut keyframe = keyframe(scan, t_base_laser, known);
+        self.finder.find(scan, &mut keyframe);
+        self.keyframes.push(keyframe);
+        self.covariances.push(known.covariance);
+        true
+    }
+
+    /// Scans that were used.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.keyframes.len()
+    }
+
+    /// Whether no scan was used.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.keyframes.is_empty()
+    }
+
+    /// What was seen.
+    #[must_use]
+    pub fn finish(&self) -> (Grid, LandmarkMap) {
+        let poses: Vec<Se2> = self.keyframes.iter().map(|k| k.tracked).collect();
+        let grid = occupancy(&self.keyframes, &poses, self.options.resolution);
+        (grid, landmarks(&self.keyframes, &poses, &self.covariances))
+    }
+}
+
+fn has_moved(from: &Se2, to: &Se2) -> bool {
+    let step = from.between(to);
+    step.translation.norm() >= STEP || step.theta().abs() >= TURN
+}
+
+fn keyframe(scan: &LaserScan, t_base_laser: &Se2, known: &KnownPose) -> Keyframe {
+    Keyframe {
+        stamp: scan.stamp,
+        tracked: known.pose,
+        view: PolarView::new(scan, t_base_laser, known.twist),
+        corners: Vec::new(),
+        reflectors: Vec::new(),
+        step: Matrix3::zeros(),
+        weakest: (0.0, 0.0),
+        share: 1.0,
+        surprised: false,
+        torn: false,
+    }
+}
