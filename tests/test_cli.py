@@ -19,6 +19,8 @@ COMMANDS = [
     ["demo"],
     ["inspect"],
     ["map"],
+    ["localize"],
+    ["promote"],
     ["simulate"],
     ["simulate", "vehicle"],
     ["simulate", "localization"],

@@ -17,7 +17,7 @@ from groma.report import words
 from groma.report.drawing import thinned
 from groma.report.figures import map_figures
 from groma.report.map_report import map_report
-from groma.report.pictures import shrunk
+from groma.report.plan import shrunk
 from ring_corridor import ring_corridor
 
 RUN: dict[str, object] = {"groma": "0.0", "input": {"name": "day<1>.log"}, "settings": {"note": "a & <b>"}}

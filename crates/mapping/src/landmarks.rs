@@ -23,8 +23,9 @@
 //! - **Floor.** What all sights share for other reasons, the scanner's bias above all, is `FLOOR` at least.
 //!
 //! A landmark is kept when `LEAST_SEEN` keyframes detected it, and these are no less than a share `LEAST_SHARE` of those
-//! that had it in view. In view: detected; or within `REACH`, and the scan shows a surface there or beyond. The corner of
-//! a parked pallet is thus forgotten when later drives look through it.
+//! that had it in view. In view: detected; or within `REACH`, no farther than the farthest that detected it (a thin post
+//! is a corner from nearby only), and the scan shows a surface there or beyond. The corner of a parked pallet is thus
+//! forgotten when later drives look through it.
 //!
 //! Assumes that errors of different keyframes are independent except for the common part. Errors that a slow drift of
 //! the poses makes common to the sights of one pass only are averaged as if independent. It does not join what the
@@ -217,11 +218,13 @@ impl Cluster {
     /// Number of keyframes that had the landmark in view.
     fn visible(&self, position: Vector2<f64>, keyframes: &[Keyframe], poses: &[Se2]) -> usize {
         let mut detected = self.sights.iter().map(|s| s.keyframe).peekable();
+        let distance_sq = |k: usize| (poses[k].translation - position).norm_squared();
+        let reach_sq = self.sights.iter().map(|s| distance_sq(s.keyframe)).fold(0.0, f64::max).min(REACH * REACH);
         let in_view = |(k, (keyframe, pose)): (usize, (&Keyframe, &Se2))| {
             if detected.next_if_eq(&k).is_some() {
                 return true;
             }
-            (pose.translation - position).norm_squared() < REACH * REACH
+            (pose.translation - position).norm_squared() < reach_sq
                 && matches!(
                     keyframe.view.visibility(pose.inverse().act(position)),
                     Visibility::Agrees | Visibility::SeenThrough

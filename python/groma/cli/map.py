@@ -18,11 +18,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from groma.errors import UserError
 from groma.io.drive import Drive, open_drive
 from groma.io.recording import open_recording
-from groma.io.results import point_latest, result_directory, save_map, shown_command
+from groma.io.results import point_latest, result_directory, run_record, save_map, save_survey, shown_command
+from groma.io.trajectory import read_tum
 from groma.mapper import map_defaults, map_drive
 from groma.mapping import MapResult
 from groma.report.words import verdict
 from groma.settings import Settings, merged, read_table
+from groma.survey import survey
 
 
 def map_(
@@ -34,6 +36,7 @@ def map_(
     odometry: str | None = None,
     online: Annotated[bool, Parameter(negative=())] = False,
     resolution: float | None = None,
+    landmarks: Path | None = None,
     config: Path | None = None,
     threads: int | None = None,
     rerun: Annotated[bool, Parameter(negative=())] = False,
@@ -43,6 +46,8 @@ def map_(
     groma map drive.mcap
 
     groma map intel.clf.gz --odometry none -o out
+
+    groma map drive.mcap --landmarks poses.tum
 
     Parameters
     ----------
@@ -58,6 +63,9 @@ def map_(
         Let every pose use only what was seen before it.
     resolution
         Cell of the occupancy map [m].
+    landmarks
+        Poses of the drive that are known (TUM): map landmarks and occupancy at these, in their frame, instead of
+        estimating any.
     config
         TOML with a table [map] (groma config prints it) or the run.toml of another run.
     threads
@@ -79,18 +87,29 @@ def map_(
     new = output is None or not output.exists()
     directory = result_directory(output, datetime.now().astimezone())
     try:
-        result = map_into(directory, drive, settings, shown_command(sys.argv[1:]))
+        told = _map(directory, drive, settings, landmarks, rerun)
     except BaseException:
         if new and not any(directory.iterdir()):
             directory.rmdir()
         raise
     if output is None:
         point_latest(directory)
+    _tell_notes(drive)
+    print(told)
+
+
+def _map(directory: Path, drive: Drive, settings: Settings, poses: Path | None, rerun: bool) -> str:
+    """Map a drive into a folder and return what is to be told of it."""
+    command = shown_command(sys.argv[1:])
+    if poses is not None:
+        return map_at_poses(directory, drive, settings, command, poses)
+    result = map_into(directory, drive, settings, command)
     if rerun:
         from groma.view.rerun import save_rrd
 
         save_rrd(result, directory / "map.rrd")
-    _tell(result, drive, directory)
+    _tell_counts(result)
+    return f"{verdict(result)}\n{directory / 'report.html'}"
 
 
 def map_into(directory: Path, drive: Drive, settings: Settings, command: str) -> MapResult:
@@ -99,6 +118,17 @@ def map_into(directory: Path, drive: Drive, settings: Settings, command: str) ->
     made = {**settings, "scans": drive.scans, "odometry": (drive.odometry or "none").partition(":")[0]}
     save_map(result, {"map": made}, drive.recording.path, directory, command)
     return result
+
+
+def map_at_poses(directory: Path, drive: Drive, settings: Settings, command: str, poses: Path) -> str:
+    """Map landmarks and occupancy at known poses into a folder that exists, and return what is to be told of it."""
+    trajectory = read_tum(poses)
+    result = survey(drive, trajectory, settings)
+    run = run_record({"map": settings}, drive.recording.path, command)
+    save_survey(result, trajectory, run | {"poses": poses.resolve().name}, directory)
+    kinds, scans = result.landmarks.kinds.tolist(), result.counts["keyframes"]
+    counted = f"{kinds.count('corner')} corners and {kinds.count('reflector')} reflectors from {scans} scans"
+    return f"{directory / 'landmarks.json'}: {counted}"
 
 
 def _settings(config: Path | None, chosen: Settings) -> Settings:
@@ -147,13 +177,15 @@ def _offset_note(counts: Mapping[str, float]) -> str | None:
     )
 
 
-def _tell(result: MapResult, drive: Drive, directory: Path) -> None:
-    offset = _offset_note(result.counts)
-    for note in [*drive.notes, *drive.recording.notes.lines(), *([offset] if offset else [])]:
-        print(f"note: {note}", file=sys.stderr)
+def _tell_counts(result: MapResult) -> None:
+    if offset := _offset_note(result.counts):
+        print(f"note: {offset}", file=sys.stderr)
     if failed := int(result.counts["scans_whose_odometry_failed"]):
         print(f"note: odometry foretold {failed} scans so badly that it was left out there", file=sys.stderr)
+
+
+def _tell_notes(drive: Drive) -> None:
+    for note in [*drive.notes, *drive.recording.notes.lines()]:
+        print(f"note: {note}", file=sys.stderr)
     for reason, count in drive.skipped.items():
         print(f"skipped: {count} {reason}", file=sys.stderr)
-    print(verdict(result))
-    print(f"{directory / 'report.html'}")

@@ -24,10 +24,11 @@ from groma.io.g2o import Graph, write_g2o
 from groma.io.landmarks import write_landmarks
 from groma.io.nav2_map import write_map
 from groma.io.toml import to_toml
-from groma.io.trajectory import write_tum
+from groma.io.trajectory import Trajectory, write_tum
 from groma.mapping import MapResult, PoseGraph
 from groma.report.figures import map_figures
 from groma.report.map_report import map_report
+from groma.survey import Surveyed
 
 ROOT = Path("results")
 
@@ -105,6 +106,21 @@ def save_map(
     write_text(directory / "metrics.json", json.dumps(map_figures(result), indent=1, sort_keys=True) + "\n")
     write_text(directory / "run.toml", to_toml(run))
     write_text(directory / "report.html", map_report(result, run))
+
+
+def save_survey(result: Surveyed, trajectory: Trajectory, run: Mapping[str, object], directory: Path) -> None:
+    """Write the files of a map at known poses.
+
+    Raises
+    ------
+    UserError
+        When a file cannot be written; none is left half.
+    """
+    write_tum(directory / "trajectory.tum", trajectory.stamps, trajectory.poses)
+    write_map(directory / "map.yaml", result.grid)
+    write_landmarks(directory / "landmarks.json", result.landmarks)
+    write_text(directory / "metrics.json", json.dumps({"counts": result.counts}, indent=1, sort_keys=True) + "\n")
+    write_text(directory / "run.toml", to_toml(run))
 
 
 def run_record(settings: Mapping[str, object], source: Path | None, command: str | None) -> dict[str, object]:

@@ -12,37 +12,30 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from groma.mapping import Closure, MapResult, OccupancyGrid, WeakSpot
+from groma.mapping import Closure, MapResult, WeakSpot
 from groma.report import drawing
-from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, ODOMETRY, REJECTED, TRACKED, WEAK, WIDTH, drawn
+from groma.report.drawing import ACCEPTED, FINAL, LINE, MUTED, ODOMETRY, REJECTED, TRACKED, WEAK, WIDTH, drawn
 from groma.report.figures import accepted, drift, node_sigmas, path_length, rejected
+from groma.report.plan import BOTTOM, LEFT, RIGHT, draw_curve, draw_ends, draw_path, plan, walls
 
 Array = NDArray[np.float64]
 
-LARGEST_IMAGE = 1400
-"""Pixels along a side: twice what the page shows."""
-SMALLEST_IMAGE = 700
-"""Smaller maps are enlarged, for the page smooths what it scales."""
 NUMBERED = 12
 """Weak spots that bear a number in the map."""
 
-_LEFT, _RIGHT, _BOTTOM, _TOP = 0.55, 0.1, 0.45, 0.1
-_TALLEST = 1.2
-_WALL, _UNKNOWN = 235, 38
-"""Opacity of the ink."""
 _SMALLEST_SHOWN = 1e-3
 
 
 @drawn("Map with the drive, loop closures and weak spots")
 def the_map(result: MapResult) -> Figure:
     """Draw the occupancy map with the final drive, its loop closures and weak spots."""
-    image, extent = _image(result.grid)
-    sheet, ax = _plan(extent)
+    image, extent = walls(result.grid)
+    sheet, ax = plan(extent)
     ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
     _links(ax, accepted(result))
-    _path(ax, result.trajectory, FINAL, extent, linewidth=0.9, alpha=0.9)
+    draw_path(ax, result.trajectory, FINAL, extent, linewidth=0.9, alpha=0.9)
     _weak_spots(ax, result.weak, 0.02 * max(extent[1] - extent[0], extent[3] - extent[2]))
-    _ends(ax, result.trajectory)
+    draw_ends(ax, result.trajectory)
     ax.set(xlim=extent[:2], ylim=extent[2:])
     return sheet
 
@@ -55,11 +48,11 @@ def before_and_after(result: MapResult) -> Figure:
     low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
     margin = 0.03 * max(*(high - low), 1.0)
     extent = (low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin)
-    sheet, ax = _plan(extent)
-    _path(ax, result.odometry, ODOMETRY, extent, linewidth=0.9, linestyle=(0, (2, 1.5)))
-    _path(ax, result.tracked, TRACKED, extent, linewidth=1.1)
-    _path(ax, result.trajectory, FINAL, extent, linewidth=1.1)
-    _ends(ax, result.trajectory)
+    sheet, ax = plan(extent)
+    draw_path(ax, result.odometry, ODOMETRY, extent, linewidth=0.9, linestyle=(0, (2, 1.5)))
+    draw_path(ax, result.tracked, TRACKED, extent, linewidth=1.1)
+    draw_path(ax, result.trajectory, FINAL, extent, linewidth=1.1)
+    draw_ends(ax, result.trajectory)
     ax.set(xlim=extent[:2], ylim=extent[2:])
     return sheet
 
@@ -76,10 +69,10 @@ def along_the_drive(result: MapResult) -> Figure:
     if np.isfinite(result.odometry).any():
         panels.insert(0, ("Odometry against final [m]", path, drift(result.odometry, result.trajectory), ODOMETRY))
     height = 1.05
-    sheet = drawing.sheet(_BOTTOM + len(panels) * (height + 0.32))
+    sheet = drawing.sheet(BOTTOM + len(panels) * (height + 0.32))
     for row, (title, x, y, colour) in enumerate(reversed(panels)):
-        ax = drawing.axes(sheet, _LEFT, _BOTTOM + row * (height + 0.32), WIDTH - _LEFT - _RIGHT, height)
-        _curve(ax, title, x, y, colour)
+        ax = drawing.axes(sheet, LEFT, BOTTOM + row * (height + 0.32), WIDTH - LEFT - RIGHT, height)
+        draw_curve(ax, title, x, y, colour)
         _stretches(ax, result, path)
         ax.set_xlim(0, max(path.max(initial=0.0), 1.0))
         ax.tick_params(labelbottom=row == 0)
@@ -92,7 +85,7 @@ def along_the_drive(result: MapResult) -> Figure:
 def closures(result: MapResult) -> Figure:
     """Draw what every closure moved and what is left of it."""
     sheet = drawing.sheet(3.1)
-    ax = drawing.axes(sheet, _LEFT + 0.1, _BOTTOM, WIDTH - _LEFT - 0.1 - _RIGHT, 2.5)
+    ax = drawing.axes(sheet, LEFT + 0.1, BOTTOM, WIDTH - LEFT - 0.1 - RIGHT, 2.5)
     styles = [(rejected(result), REJECTED, "x"), (accepted(result), ACCEPTED, "o")]
     for group, colour, marker in styles:
         moved = np.array([max(c.correction_m, _SMALLEST_SHOWN) for c in group])
@@ -104,52 +97,6 @@ def closures(result: MapResult) -> Figure:
     ax.set(xlim=ends[:2], ylim=ends[2:])
     _plain_ticks(ax)
     return sheet
-
-
-def shrunk(cells: NDArray[np.int8], factor: int) -> NDArray[np.int8]:
-    """Return cells (h, w) of blocks (factor, factor): occupied when one is, else free when one is, else unknown."""
-    height, width = (-(-size // factor) for size in cells.shape)
-    padded = np.full((height * factor, width * factor), -1, dtype=np.int8)
-    padded[: cells.shape[0], : cells.shape[1]] = cells
-    blocks: NDArray[np.int8] = padded.reshape(height, factor, width, factor).max(axis=(1, 3))
-    return blocks
-
-
-def _image(grid: OccupancyGrid) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
-    """Return the known part of the map as ink of some opacity (h, w, 4), and its extent [m]."""
-    known = grid.cells >= 0
-    rows, columns = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
-    if not len(rows):
-        rows, columns = np.array([0]), np.array([0])
-    margin = 2 + max(len(rows), len(columns)) // 60
-    bottom, top = max(rows[0] - margin, 0), min(rows[-1] + 1 + margin, grid.cells.shape[0])
-    left, right = max(columns[0] - margin, 0), min(columns[-1] + 1 + margin, grid.cells.shape[1])
-    factor = max(1, -(-max(top - bottom, right - left) // LARGEST_IMAGE))
-    cells = shrunk(grid.cells[bottom:top, left:right], factor)
-    image = np.zeros((*cells.shape, 4), dtype=np.uint8)
-    image[..., 3] = np.select([cells < 0, cells >= 65], [_UNKNOWN, _WALL], 0)
-    x, y, size = *grid.origin, grid.resolution
-    height, width = (length * factor * size for length in cells.shape)
-    enlarged = -(-SMALLEST_IMAGE // max(cells.shape))
-    image = image.repeat(enlarged, axis=0).repeat(enlarged, axis=1)
-    return image, (x + left * size, x + left * size + width, y + bottom * size, y + bottom * size + height)
-
-
-def _plan(extent: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
-    """Return axes in metres at one scale that fill the width, or the height where the plan is tall."""
-    width = WIDTH - _LEFT - _RIGHT
-    aspect = (extent[3] - extent[2]) / (extent[1] - extent[0])
-    height = min(width * aspect, WIDTH * _TALLEST)
-    sheet = drawing.sheet(max(height, 1.0) + _BOTTOM + _TOP)
-    ax = drawing.axes(sheet, _LEFT, _BOTTOM, height / aspect, height)
-    ax.set(xlabel="x [m]", ylabel="y [m]")
-    return sheet, ax
-
-
-def _path(ax: Axes, poses: Array, colour: str, extent: tuple[float, float, float, float], **style: object) -> None:
-    step = max(extent[1] - extent[0], extent[3] - extent[2]) / 700
-    xy = drawing.thinned(poses[:, :2], step)
-    ax.plot(xy[:, 0], xy[:, 1], color=colour, **style)  # type: ignore[arg-type]
 
 
 def _links(ax: Axes, group: list[Closure]) -> None:
@@ -174,19 +121,6 @@ def worst_first(weak: tuple[WeakSpot, ...]) -> list[WeakSpot]:
 
 def _unit(direction: float) -> Array:
     return np.array([np.cos(direction), np.sin(direction)])
-
-
-def _ends(ax: Axes, poses: Array) -> None:
-    for pose, marker in ((poses[:1], "o"), (poses[-1:], "s")):
-        ax.plot(pose[:, 0], pose[:, 1], marker, color=INK, markersize=5, markerfacecolor="none", markeredgewidth=1.2)
-
-
-def _curve(ax: Axes, title: str, x: Array, y: Array, colour: str) -> None:
-    ax.set_title(title)
-    points = drawing.thinned(np.column_stack([x, y]), max(x.max(initial=0.0), 1.0) / 1500)
-    ax.plot(points[:, 0], points[:, 1], color=colour)
-    ax.set_ylim(0, max(1.15 * points[:, 1].max(initial=0.0), 1e-3))
-    ax.locator_params(axis="y", nbins=4)
 
 
 def _stretches(ax: Axes, result: MapResult, path: Array) -> None:
