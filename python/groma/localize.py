@@ -23,9 +23,10 @@ from groma.errors import EstimationError, UserError
 from groma.features import bsc, falko
 from groma.io.drive import Drive
 from groma.io.wheel_readings import read_wheels
-from groma.localization import Kind, Localizer, LocalizerOptions, Observations, Pose
+from groma.localization import Localizer, LocalizerOptions, Observations, Pose, Relocalizer
 from groma.localized import Chart, Localized, Track
 from groma.models import LaserScan, Odometry
+from groma.observations import Kind
 from groma.reflectors import reflectors
 from groma.vehicle import Vehicle
 from groma.wheel_motion import Motions, calibration_covariance, wheel_motions
@@ -224,11 +225,18 @@ class _Run:
                     covariance=np.diag(np.square(GIVEN if len(r.chart.landmarks.seen) else EXACT)),
                     mount=self.mount,
                     calibration=considered,
+                    relocalizer=self._relocalizer(),
                     **r.options,
                 )
             except ValueError as error:
                 raise UserError(f"setting of localize: {error}") from error
         return self.localizer
+
+    def _relocalizer(self) -> Relocalizer | None:
+        chart = self.request.chart
+        if self.request.options.get("mode") == "dynamic" or not len(chart.landmarks.seen):
+            return None
+        return Relocalizer(chart.landmarks, chart.grid)
 
     def result(self, counts: Counter[str]) -> Localized:
         """Return the value of what was read."""
