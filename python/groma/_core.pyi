@@ -112,6 +112,27 @@ def associate(
 def rigid_fit(
     a: NDArray[np.float64], b: NDArray[np.float64], least_sigma: float
 ) -> tuple[tuple[float, float, float], list[float], float] | None: ...
+def vehicle_calibration_defaults() -> str: ...
+def interval_factor(confidence: float, dof: int | None, claims: int) -> float: ...
+def vehicle_calibrate(
+    time: NDArray[np.float64],
+    readings: NDArray[np.float64],
+    steered: bool,
+    motions: NDArray[np.float64],
+    covariances: NDArray[np.float64] | None,
+    couplings: NDArray[np.float64] | None,
+    asked: tuple[str | None, float | None, float, float, list[str]],
+    options: str,
+) -> dict[str, Any]: ...
+def vehicle_closed_form(
+    time: NDArray[np.float64],
+    readings: NDArray[np.float64],
+    steered: bool,
+    motions: NDArray[np.float64],
+    asked: tuple[str | None, float | None, float, float, list[str]],
+    centres: bool,
+    trim: tuple[int, float],
+) -> tuple[list[tuple[str, float]], list[int]] | None: ...
 
 class GlarotSignature:
     def __new__(cls, points: NDArray[np.float64], options: str) -> GlarotSignature: ...

@@ -7,14 +7,45 @@ docs/theory/vehicle_calibration.md.
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from groma import _core
+
 Array = NDArray[np.float64]
+_PART = 0.05
+"""Parts of a weak direction below this share of its largest do not count."""
+
 Model = Literal["tricycle", "tricycle-asymmetric", "differential"]
+Free = Literal["wheelbase", "gain", "delay"]
+
+
+class CalibrationOptions(TypedDict, total=False):
+    """Settings of :func:`calibrate`; their defaults are those of the core."""
+
+    robust: bool
+    """Whether outliers are expected: Student's distribution instead of the normal one."""
+    tail: float
+    """Degrees of freedom of Student's distribution."""
+    noise_known: bool
+    """Whether the stated noise is taken as it is; otherwise the residuals scale it."""
+    slip: float
+    """Slip of a wheel: standard deviation after a metre of path [m]; it grows with the root of the path."""
+    steering: float
+    """Standard deviation of the steering angle that the encoder does not see, constant over a motion [rad]."""
+    folds: int
+    """Parts of the motions that are held out in turn; 0 leaves this out."""
+    asymmetry_level: float
+    """Level at which an asymmetry of the steering is believed."""
+    asymmetry_sigma_max: float
+    """An asymmetry less certain than this is not believed whatever its size [rad]."""
+    delay_max: float
+    """Largest delay that is looked for [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +107,8 @@ class FitTest:
     """A question to the residuals."""
 
     name: str
-    """What was asked: ``asymmetry``, ``fit``, ``direction``, ``speed``, ``steering``."""
+    """What was asked: ``asymmetry`` (is the steering offset the same both ways), ``fit`` (are residuals as large as the
+    stated noise), ``direction``, ``speed``, ``steering`` (do motions of a kind miss alike)."""
     statistic: float
     dof: int
     p_value: float
@@ -109,6 +141,15 @@ class HeldOut:
 
 
 @dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether the estimate is as good as wanted."""
+
+    enough: bool
+    missed: dict[str, float]
+    """Half-widths that are above their tolerance, by name."""
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleCalibration:
     """Parameters of a vehicle with what is known of their errors."""
 
@@ -128,7 +169,12 @@ class VehicleCalibration:
     """Of the whitened residuals, before they scale anything."""
     dof: int
     noise_scale: float
-    """Factor on the stated standard deviations that the residuals ask for; 1 where the noise is taken as known."""
+    """Factor on the stated standard deviations that the residuals ask for; 1 where the noise is taken as known, or
+    where none was stated."""
+    interval_dof: int | None
+    """Degrees of freedom of intervals; None where the noise is taken as known."""
+    correlated: bool
+    """Whether the covariance allows for errors that neighbouring motions share."""
     residuals: Array
     """(m, 3) what the laser moved beyond the prediction, in its frame at the end: x, y, theta."""
     weights: Array
@@ -156,6 +202,235 @@ class VehicleCalibration:
     def parameters(self) -> dict[str, float]:
         """Every parameter, free or fixed, by name."""
         return self.fixed | dict(zip(self.names, self.values.tolist(), strict=True))
+
+    @property
+    def observed(self) -> NDArray[np.bool_]:
+        """(p,) False for a parameter that has a part in a weak direction: neither value nor sigma say anything."""
+        part = np.zeros(len(self.names))
+        for weak in self.weak:
+            part = np.maximum(part, np.abs(weak.direction) / np.abs(weak.direction).max())
+        observed: NDArray[np.bool_] = part <= _PART
+        return observed
+
+    def half_widths(self, confidence: float = 0.95, *, simultaneous: bool = False) -> Array:
+        """(p,) half-widths of intervals by Student's distribution, infinite for what is not observed.
+
+        Parameters
+        ----------
+        confidence
+            Probability that an interval holds the truth.
+        simultaneous
+            Whether that is to hold for all parameters at once (Bonferroni).
+        """
+        claims = len(self.names) if simultaneous else 1
+        factor = _core.interval_factor(confidence, self.interval_dof, claims)
+        widths: Array = np.where(self.observed, factor * self.sigmas, np.inf)
+        return widths
+
+    def verdict(
+        self, tolerances: Mapping[str, float], confidence: float = 0.95, *, simultaneous: bool = False
+    ) -> Verdict:
+        """Tell whether to stop driving.
+
+        Parameters
+        ----------
+        tolerances
+            Largest half-width wanted, by name of a free parameter.
+        confidence, simultaneous
+            As in :meth:`half_widths`.
+
+        Raises
+        ------
+        ValueError
+            If a name is no free parameter or a tolerance is not above 0.
+        """
+        for name, tolerance in tolerances.items():
+            if name not in self.names:
+                raise ValueError(f"tolerance of {name}: the free parameters are {', '.join(self.names)}")
+            if not tolerance > 0.0:
+                raise ValueError(f"tolerance of {name}: must be above 0, not {tolerance}")
+        widths = dict(zip(self.names, self.half_widths(confidence, simultaneous=simultaneous).tolist(), strict=True))
+        missed = {name: widths[name] for name, tolerance in tolerances.items() if not widths[name] <= tolerance}
+        return Verdict(not missed, missed)
+
+
+def calibration_defaults() -> dict[str, object]:
+    """Return the default of every setting of :func:`calibrate`."""
+    defaults: dict[str, object] = json.loads(_core.vehicle_calibration_defaults())
+    return defaults
+
+
+def calibrate(
+    model: Model | Literal["auto"],
+    log: OdometryLog,
+    motions: SensorMotions,
+    *,
+    wheelbase: float | None = None,
+    gain: float = 1.0,
+    delay: float = 0.0,
+    free: Iterable[Free] = (),
+    **options: Unpack[CalibrationOptions],
+) -> VehicleCalibration:
+    """Estimate a vehicle from its wheels and the motions of its laser. No first guess is needed.
+
+    Parameters
+    ----------
+    model
+        ``auto`` takes a differential drive where the log has no steering, else a tricycle, with two steering offsets
+        where their difference is significant and the drive holds it.
+    log
+        Readings of the wheels; they should reach beyond the motions by ``delay_max`` where the delay is free.
+    motions
+        Motions of the laser; those beyond the log are left out, with a note.
+    wheelbase
+        Of a tricycle [m], negative where the steered wheel is behind; estimated where left out.
+    gain
+        Angle of the wheel per angle of the steering encoder; about where to look for it where it is free. Where it is
+        free, the sign of the drive scale is taken as positive.
+    delay
+        Of the wheels [s], where it is not free: they are read at the time of a scan plus it.
+    free
+        What to estimate beside the drive, its offsets and the pose of the laser.
+    **options
+        See :class:`CalibrationOptions`.
+
+    Returns
+    -------
+    VehicleCalibration
+        Also where the drive leaves directions open: they are told, not refused.
+
+    Raises
+    ------
+    EstimationError
+        If too few motions lie within the log, or nothing moved.
+    ValueError
+        If model, log and options do not go together, an array has a wrong shape or is not finite, times do not rise, or
+        a covariance is none.
+    """
+    time, readings = _readings(log)
+    rows = _rows(motions)
+    covariance = _blocks("covariance", motions.covariance, len(rows))
+    coupling = _blocks("coupling", motions.coupling, max(len(rows) - 1, 0))
+    asked = (None if model == "auto" else model, wheelbase, gain, delay, [str(name) for name in free])
+    steered = log.steering is not None
+    found = _core.vehicle_calibrate(time, readings, steered, rows, covariance, coupling, asked, json.dumps(options))
+    tests = tuple(FitTest(name, value, dof, p, _words(name, p)) for name, value, dof, p in found.pop("tests"))
+    weak = tuple(WeakDirection(np.array(direction), words) for direction, words in found.pop("weak"))
+    held_out = found.pop("held_out")
+    return VehicleCalibration(
+        **found | {"names": tuple(found["names"]), "notes": tuple(found["notes"])},
+        tests=tests,
+        weak=weak,
+        held_out=None if held_out is None else HeldOut(*held_out),
+    )
+
+
+def closed_form(
+    model: Model,
+    log: OdometryLog,
+    motions: SensorMotions,
+    *,
+    wheelbase: float | None = None,
+    gain: float = 1.0,
+    form: Literal["wheels", "centres"] = "wheels",
+    rounds: int = 0,
+    share: float = 0.01,
+) -> tuple[dict[str, float], NDArray[np.int64]] | None:
+    """Estimate a vehicle in closed form, all motions alike, as a start or to compare with.
+
+    Parameters
+    ----------
+    model, log, motions, wheelbase, gain
+        As in :func:`calibrate`; the wheelbase of a tricycle is free where left out.
+    form
+        ``wheels`` takes turns from the wheels (Censi et al. 2013), ``centres`` from the laser: on arcs of constant
+        steering the centres of turning lie on the rear axle.
+    rounds, share
+        So often the share of motions with the largest residuals in heading, and in place, is dropped.
+
+    Returns
+    -------
+    tuple or None
+        Parameters by name and the indices of the motions that were kept; None when the motions do not hold them.
+    """
+    time, readings = _readings(log)
+    free = ["wheelbase"] if wheelbase is None and model != "differential" else []
+    asked = (model, wheelbase, gain, 0.0, free)
+    steered = log.steering is not None
+    found = _core.vehicle_closed_form(
+        time, readings, steered, _rows(motions), asked, form == "centres", (rounds, share)
+    )
+    return None if found is None else (dict(found[0]), np.array(found[1], dtype=np.int64))
+
+
+def from_tuples(interval: ArrayLike, speeds: ArrayLike, motion: ArrayLike) -> tuple[OdometryLog, SensorMotions]:
+    """Lay motions of which only intervals and mean wheel speeds are known end to end.
+
+    Parameters
+    ----------
+    interval
+        (m,) length of each [s].
+    speeds
+        (m, 2) mean speed of the left and the right wheel [rad/s].
+    motion
+        (m, 3) of the laser, x, y, theta.
+    """
+    lengths, wheel = np.asarray(interval, dtype=np.float64), np.asarray(speeds, dtype=np.float64)
+    time = np.concatenate([[0.0], np.cumsum(lengths)])
+    ticks = np.vstack([np.zeros((1, 2)), np.cumsum(wheel * lengths[:, None], axis=0)])
+    return OdometryLog(time, ticks), SensorMotions(time[:-1], time[1:], np.asarray(motion, dtype=np.float64))
+
+
+_ASKED = {
+    "asymmetry": ("the steering offset is not the same both ways", "the steering offset may be the same both ways"),
+    "fit": ("residuals are larger than the stated noise explains", "residuals are as the stated noise says"),
+    "direction": ("motions forward and backward miss differently", "motions forward and backward fit alike"),
+    "speed": ("slow and fast motions miss differently", "slow and fast motions fit alike"),
+    "steering": ("motions to the left and right miss differently", "motions to the left and right fit alike"),
+}
+_LEVEL = 0.01
+"""Probability below which a test tells against the model."""
+
+
+def _words(name: str, p_value: float) -> str:
+    against, with_it = _ASKED[name]
+    shown = f"p = {p_value:.2g}" if p_value >= 1e-6 else "p < 1e-6"
+    return f"{against if p_value < _LEVEL else with_it} ({shown})"
+
+
+def _readings(log: OdometryLog) -> tuple[Array, Array]:
+    """Return times and the two numbers of each reading that the core takes."""
+    time = np.ascontiguousarray(log.time, dtype=np.float64)
+    ticks = np.asarray(log.ticks, dtype=np.float64).reshape(len(time), -1)
+    wheels = 2 if log.steering is None else 1
+    if time.ndim != 1 or ticks.shape[1] != wheels:
+        kind = "a log without steering has 2 wheels" if wheels == 2 else "a log with steering has 1 wheel"
+        raise ValueError(f"ticks have shape {np.shape(log.ticks)} for {len(time)} times: {kind}")
+    if log.steering is None:
+        return time, np.ascontiguousarray(ticks)
+    steering = np.asarray(log.steering, dtype=np.float64)
+    if steering.shape != time.shape:
+        raise ValueError(f"steering has shape {steering.shape}: it must be ({len(time)},), as time")
+    return time, np.ascontiguousarray(np.column_stack([ticks[:, 0], steering]))
+
+
+def _rows(motions: SensorMotions) -> Array:
+    """(m, 5) start, end, x, y, turn."""
+    start, end = (np.asarray(t, dtype=np.float64) for t in (motions.start, motions.end))
+    motion = np.asarray(motions.motion, dtype=np.float64)
+    if start.ndim != 1 or end.shape != start.shape or motion.shape != (len(start), 3):
+        shapes = f"{start.shape}, {end.shape}, {motion.shape}"
+        raise ValueError(f"start, end and motion have shapes {shapes}: they must be (m,), (m,), (m, 3)")
+    return np.ascontiguousarray(np.column_stack([start, end, motion]))
+
+
+def _blocks(name: str, values: Array | None, count: int) -> Array | None:
+    if values is None:
+        return None
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.shape != (count, 3, 3):
+        raise ValueError(f"{name} has shape {array.shape}: it must be ({count}, 3, 3)")
+    return array
 
 
 def _adjoint_of_inverse(motion: Array) -> Array:

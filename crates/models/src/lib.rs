@@ -10,14 +10,13 @@ pub mod landmark_map;
 pub mod laser_scan;
 pub mod odometry;
 pub mod target;
-
-pub use camera::{Camera, CameraSpec, Lens};
-pub use error::ModelError;
 pub mod tricycle;
 pub mod wheel_log;
 
+pub use camera::{Camera, CameraSpec, Lens};
 pub use differential::Differential;
 pub use drive::Drive;
+pub use error::ModelError;
 pub use grid::{Cell, Grid};
 pub use increment::Increment;
 pub use landmark_map::{Landmark, LandmarkKind, LandmarkMap};

@@ -118,6 +118,12 @@ impl WheelLog {
         &self.time
     }
 
+    /// One reading.
+    #[must_use]
+    pub fn reading(&self, index: usize) -> Vector2<f64> {
+        self.readings[index]
+    }
+
     /// The steps from `start` to `end`, or nothing where the log does not reach or the interval is empty.
     #[must_use]
     pub fn steps(&self, start: f64, end: f64) -> Option<Vec<Step>> {

@@ -1,5 +1,6 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
+mod calibration;
 mod camera;
 mod egomotion;
 mod features;
@@ -15,6 +16,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
     egomotion::register(m)?;
+    calibration::register(m)?;
     features::register(m)?;
     localization::register(m)?;
     mapping::register(m)?;

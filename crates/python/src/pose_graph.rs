@@ -117,7 +117,7 @@ fn raise(py: Python<'_>, error: &Error) -> PyErr {
     }
 }
 
-fn estimation_error(py: Python<'_>, message: String) -> PyErr {
+pub(crate) fn estimation_error(py: Python<'_>, message: String) -> PyErr {
     let class = py.import("groma.errors").and_then(|m| m.getattr("EstimationError"));
     match class.and_then(|c| c.call1((message,))) {
         Ok(instance) => PyErr::from_value(instance),

@@ -1,0 +1,352 @@
+//! From wheel readings and laser motions to a vehicle with all that is known of its errors.
+//!
+//! ```text
+//! motions within the log -> closed form -> likelihood -> covariance -> tests, weak directions, held-out errors
+//! ```
+//!
+//! A tricycle is estimated with one steering offset and with two; an asymmetry is believed when its Wald statistic says
+//! so and the drive holds it: too little driving backward must not make one up.
+
+use super::error::Error;
+use super::groups::{self, Test, chi_square_beyond, f_beyond};
+use super::held_out::{HeldOut, held_out};
+use super::motions::{Motion, Motions};
+use super::observability::{Driven, Observability, Weak, observe};
+use super::options::Options;
+use super::parameters::{DELAY, Layout, Model, OFFSET_BACKWARD, OFFSET_FORWARD, Vehicle};
+use super::robust::{Fit, Problem, RESIDUAL};
+use super::sandwich::{Bread, ENOUGH};
+use super::search::search;
+use groma_models::{Drive, WheelKind, WheelLog};
+use nalgebra::{DMatrix, DVector, Vector3};
+
+/// Share of a motion around its start in which wheels that move tell continuous driving.
+const AROUND: f64 = 0.02;
+/// Share of its path that they must move there.
+const MOVING: f64 = 0.005;
+/// Share of motions that go on from the one before, for the whole to be continuous.
+const MOSTLY: f64 = 0.5;
+
+/// What to estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request<'a> {
+    /// The kind of vehicle; chosen from the data where left out.
+    pub model: Option<Model>,
+    /// Wheelbase [m]; estimated where left out.
+    pub wheelbase: Option<f64>,
+    /// Steering gain, or where to look for it.
+    pub gain: f64,
+    /// Delay [s], where it is not estimated.
+    pub delay: f64,
+    /// Of `wheelbase`, `gain`, `delay`, what to estimate too.
+    pub free: &'a [&'a str],
+}
+
+impl Default for Request<'_> {
+    fn default() -> Self {
+        Self { model: None, wheelbase: None, gain: 1.0, delay: 0.0, free: &[] }
+    }
+}
+
+/// A calibrated vehicle.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// What was estimated.
+    pub layout: Layout,
+    /// The vehicle.
+    pub vehicle: Vehicle,
+    /// Covariance of the free parameters over the directions that are held.
+    pub covariance: DMatrix<f64>,
+    /// Squared whitened residuals by the stated noise.
+    pub chi_square: f64,
+    /// Numbers less held directions.
+    pub dof: usize,
+    /// Factor on the stated standard deviations.
+    pub noise_scale: f64,
+    /// Whether neighbouring motions were taken for correlated.
+    pub correlated: bool,
+    /// Residuals of all motions; NaN for those left out.
+    pub residuals: Vec<Vector3<f64>>,
+    /// Weights of all motions, 1 for a full say; NaN for those left out.
+    pub weights: Vec<f64>,
+    /// Questions to the residuals.
+    pub tests: Vec<Test>,
+    /// Directions that are not held.
+    pub weak: Vec<Weak>,
+    /// Prediction of motions that were not used.
+    pub held_out: Option<HeldOut>,
+    /// What was assumed, chosen or left out.
+    pub notes: Vec<String>,
+}
+
+/// Estimates a vehicle.
+///
+/// # Errors
+/// See [`Error`]. Weak directions are no error but part of the result.
+pub fn calibrate(
+    log: &WheelLog,
+    motions: &Motions,
+    request: &Request<'_>,
+    options: &Options,
+) -> Result<Calibration, Error> {
+    options.validate()?;
+    motions.check()?;
+    let mut notes = Vec::new();
+    let (model, free) = (model(log, request)?, free(log, request, &mut notes)?);
+    let layout = Layout::new(model, &free)?;
+    let kept = kept(log, motions, &layout, request, options, &mut notes)?;
+    let used = motions.subset(&kept);
+    let problem = Problem { log, motions: &used, layout: &layout, options };
+    let start = search(&problem, request)?;
+    let mut judged = judge(&problem, problem.estimate(start)?)?;
+    let mut tests = Vec::new();
+    let (symmetric, asymmetric) = (Layout::new(Model::Tricycle, &free), Layout::new(Model::TricycleAsymmetric, &free));
+    let mut layout = layout.clone();
+    if let (Drive::Tricycle(_), Ok(symmetric), Ok(asymmetric)) = (&start.drive, symmetric, asymmetric) {
+        let other = Problem { layout: &asymmetric, ..problem };
+        let wide = if model == Model::TricycleAsymmetric {
+            judged.clone()
+        } else {
+            judge(&other, other.estimate(judged.fit.vehicle)?)?
+        };
+        let asymmetry = asymmetry(&asymmetric, &wide);
+        let believed = is_believed(&asymmetry, &wide, &symmetric, options);
+        if request.model.is_none() && believed {
+            (layout, judged) = (asymmetric, wide);
+        }
+        notes.extend(words_on_asymmetry(&asymmetry, believed, request.model));
+        tests.extend(asymmetry.test);
+    }
+    let problem = Problem { layout: &layout, ..problem };
+    tests.extend(fit_test(&problem, &judged));
+    tests.extend(groups::lack_of_fit(&layout, &judged.fit, &used.motions, judged.bread.lags));
+    let held_out = held_out(&problem, &judged.fit.vehicle, options.folds)?;
+    Ok(judged.result(&problem, motions.motions.len(), &kept, tests, held_out, notes))
+}
+
+fn model(log: &WheelLog, request: &Request<'_>) -> Result<Model, Error> {
+    let model = match (request.model, log.kind()) {
+        (Some(model), _) => model,
+        (None, WheelKind::Differential) => Model::Differential,
+        (None, WheelKind::Steered) => Model::Tricycle,
+    };
+    let needs = match model.wheels() {
+        WheelKind::Steered => "of one drive wheel and its steering angle",
+        WheelKind::Differential => "of two wheels and no steering angle",
+    };
+    if model.wheels() == log.kind() { Ok(model) } else { Err(Error::Kind { model: model.name(), needs }) }
+}
+
+fn free<'a>(log: &WheelLog, request: &Request<'a>, notes: &mut Vec<String>) -> Result<Vec<&'a str>, Error> {
+    let sense = |fits: bool, what: &str| if fits { Ok(()) } else { Err(Error::Parameter(what.into())) };
+    sense(
+        request.wheelbase.is_none_or(|l| l.is_finite() && l != 0.0),
+        "the wheelbase must be a number other than 0 m",
+    )?;
+    sense(request.gain.is_finite() && request.gain != 0.0, "the steering gain must be a number other than 0")?;
+    sense(request.delay.is_finite(), "the delay must be a number")?;
+    let mut free = request.free.to_vec();
+    if log.kind() == WheelKind::Steered && request.wheelbase.is_none() && !free.contains(&"wheelbase") {
+        free.push("wheelbase");
+        notes.push("no wheelbase was given: it is estimated".into());
+    }
+    Ok(free)
+}
+
+/// The motions within the log, by the largest delay that is looked for.
+fn kept(
+    log: &WheelLog,
+    motions: &Motions,
+    layout: &Layout,
+    request: &Request<'_>,
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Result<Vec<usize>, Error> {
+    let margin = if layout.is_free(DELAY) { options.delay_max } else { request.delay.abs() };
+    let kept = motions.within(log, margin);
+    let (all, needs) = (motions.motions.len(), layout.len() / RESIDUAL as usize + 1);
+    if kept.len() < needs {
+        return Err(Error::TooFew { within: kept.len(), all, needs });
+    }
+    if kept.len() < all {
+        notes.push(format!("{} of {all} motions are left out: they reach beyond the wheel log", all - kept.len()));
+    }
+    Ok(kept)
+}
+
+/// A fit with its covariance.
+#[derive(Clone, Debug)]
+struct Judged {
+    fit: Fit,
+    bread: Bread,
+    correlated: bool,
+    observed: Observability,
+    covariance: DMatrix<f64>,
+}
+
+fn judge(problem: &Problem<'_>, mut fit: Fit) -> Result<Judged, Error> {
+    fit.vehicle = fit.vehicle.upright();
+    let correlated = is_continuous(problem) && problem.motions.motions.len() >= ENOUGH * problem.layout.len();
+    let bread = Bread::new(problem, &fit, correlated);
+    let useless = problem.layout.useless(&fit.vehicle.to_full());
+    let driven = Driven::new(&fit.vehicle, &fit.segments, &problem.motions.motions);
+    let observed = observe(&bread.bread, &useless, &problem.layout.names(), &driven);
+    let mut covariance = &observed.inverse * &bread.middle * &observed.inverse;
+    if correlated {
+        covariance = at_least(covariance, &observed.inverse);
+    }
+    Ok(Judged { fit, bread, correlated, observed, covariance })
+}
+
+/// A covariance with variances no less than those of another: correlated errors of few motions may seem to cancel.
+fn at_least(covariance: DMatrix<f64>, other: &DMatrix<f64>) -> DMatrix<f64> {
+    let factor = |k: usize| {
+        let ratio = other[(k, k)] / covariance[(k, k)];
+        if ratio.is_finite() { ratio.sqrt().max(1.0) } else { 1.0 }
+    };
+    let stretch = DMatrix::from_diagonal(&DVector::from_fn(other.nrows(), |k, _| factor(k)));
+    &stretch * covariance * &stretch
+}
+
+/// Whether motions go on from each other while the wheels turn.
+fn is_continuous(problem: &Problem<'_>) -> bool {
+    let motions = &problem.motions.motions;
+    let moves = |w: &[Motion]| {
+        let (a, b) = (&w[0], &w[1]);
+        let around = AROUND * (b.end - b.start);
+        let counts = |from: f64, to: f64| -> f64 {
+            let steps = problem.log.steps(from, to).unwrap_or_default();
+            steps
+                .iter()
+                .map(|s| {
+                    s.input.x.abs() + if problem.log.kind() == WheelKind::Differential { s.input.y.abs() } else { 0.0 }
+                })
+                .sum()
+        };
+        b.start - a.end <= around && counts(b.start - around, b.start + around) > MOVING * counts(b.start, b.end)
+    };
+    let going_on = motions.windows(2).filter(|w| moves(w)).count();
+    going_on as f64 > MOSTLY * motions.len() as f64
+}
+
+impl Judged {
+    fn dof(&self) -> usize {
+        self.fit.numbers().saturating_sub(self.observed.rank)
+    }
+
+    /// Squared residuals made white by the stated noise, without weights.
+    fn chi_square(&self) -> f64 {
+        self.fit.noise.whitener.columns(&self.fit.residuals).iter().map(Vector3::norm_squared).sum()
+    }
+
+    fn result(
+        self,
+        problem: &Problem<'_>,
+        all: usize,
+        kept: &[usize],
+        tests: Vec<Test>,
+        held_out: Option<HeldOut>,
+        notes: Vec<String>,
+    ) -> Calibration {
+        let options = problem.options;
+        let full = if options.robust { options.tail / (options.tail + RESIDUAL) } else { 1.0 };
+        let (mut residuals, mut weights) = (vec![Vector3::repeat(f64::NAN); all], vec![f64::NAN; all]);
+        for (j, &k) in kept.iter().enumerate() {
+            (residuals[k], weights[k]) = (self.fit.residuals[j], self.fit.noise.weights[j] * full);
+        }
+        let scale = self.fit.noise.scale_sq.sqrt() / if options.robust { normal_scale(options.tail) } else { 1.0 };
+        let noise_scale =
+            if self.fit.noise.scatter.common || (options.noise_known && !options.robust) { 1.0 } else { scale };
+        let (chi_square, dof) = (self.chi_square(), self.dof());
+        Calibration {
+            layout: problem.layout.clone(),
+            vehicle: self.fit.vehicle,
+            covariance: self.covariance,
+            chi_square,
+            dof,
+            noise_scale,
+            correlated: self.correlated,
+            residuals,
+            weights,
+            tests,
+            weak: self.observed.weak,
+            held_out,
+            notes,
+        }
+    }
+}
+
+/// Scale of Student's distribution that fits normal residuals of unit size: the root of `mean(w d^2) = 3 s^2`.
+fn normal_scale(tail: f64) -> f64 {
+    let excess = |s_sq: f64| {
+        let (mut sum, mut mass) = (0.0, 0.0);
+        for k in 0..4000 {
+            let d_sq = (f64::from(k) + 0.5) * 0.01;
+            let density = d_sq.sqrt() * (-d_sq / 2.0).exp();
+            sum += density * d_sq * (tail + RESIDUAL) / (tail + d_sq / s_sq);
+            mass += density;
+        }
+        sum / mass - RESIDUAL * s_sq
+    };
+    let (mut low, mut high) = (0.01, 1.0);
+    for _ in 0..60 {
+        let middle = f64::midpoint(low, high);
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    low.sqrt()
+}
+
+struct Asymmetry {
+    difference: f64,
+    sigma: f64,
+    test: Option<Test>,
+}
+
+/// Offset forward less offset backward, and whether that may be chance.
+fn asymmetry(layout: &Layout, wide: &Judged) -> Asymmetry {
+    let x = wide.fit.vehicle.to_full();
+    let contrast = DVector::from_iterator(
+        layout.len(),
+        layout.names().iter().map(|name| match *name {
+            "steering_offset_forward" => 1.0,
+            "steering_offset_backward" => -1.0,
+            _ => 0.0,
+        }),
+    );
+    let difference = x[OFFSET_FORWARD] - x[OFFSET_BACKWARD];
+    let held = wide.observed.weak.iter().all(|w| w.direction.dot(&contrast).abs() < 1e-6);
+    let variance = (&wide.covariance * &contrast).dot(&contrast);
+    let sigma = if held { variance.sqrt() } else { f64::INFINITY };
+    let statistic = (difference / sigma).powi(2);
+    let p_value = f_beyond(statistic, 1, wide.dof().max(1));
+    Asymmetry { difference, sigma, test: held.then_some(Test { name: "asymmetry", statistic, dof: 1, p_value }) }
+}
+
+fn is_believed(asymmetry: &Asymmetry, wide: &Judged, symmetric: &Layout, options: &Options) -> bool {
+    let holds_more = wide.observed.rank > symmetric.len();
+    let significant = asymmetry.test.as_ref().is_some_and(|t| t.p_value < options.asymmetry_level);
+    holds_more && significant && asymmetry.sigma <= options.asymmetry_sigma_max
+}
+
+fn words_on_asymmetry(asymmetry: &Asymmetry, believed: bool, model: Option<Model>) -> Option<String> {
+    let (degrees, sigma) = (asymmetry.difference.to_degrees(), asymmetry.sigma.to_degrees());
+    let size = format!("the steering offset differs by {degrees:.3} +- {sigma:.3} deg between forward and backward");
+    match (asymmetry.test.as_ref(), believed, model) {
+        (_, true, None) => Some(format!("{size}: the asymmetric model was chosen")),
+        (_, true, Some(Model::Tricycle)) => Some(format!("{size}: the model tricycle-asymmetric would hold that")),
+        (None, ..) => {
+            Some("whether steering differs between forward and backward is not seen: drive arcs both ways".into())
+        }
+        (Some(_), false, None) if asymmetry.sigma > 0.01 => {
+            Some(format!("{size}: too uncertain to be believed, drive more arcs both ways"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether the residuals are as large as the stated noise says.
+fn fit_test(problem: &Problem<'_>, judged: &Judged) -> Option<Test> {
+    let (statistic, dof) = (judged.chi_square(), judged.dof());
+    let stated = problem.motions.covariances.is_some() && dof > 0;
+    stated.then(|| Test { name: "fit", statistic, dof, p_value: chi_square_beyond(statistic, dof) })
+}

@@ -1,0 +1,67 @@
+//! Settings of a calibration.
+
+use super::Error;
+use serde::{Deserialize, Serialize};
+
+/// Settings; the default suits an industrial vehicle with a safety scanner.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Whether outliers are expected: Student's distribution instead of the normal one.
+    pub robust: bool,
+    /// Degrees of freedom of Student's distribution.
+    pub tail: f64,
+    /// Whether the stated noise is taken as it is; otherwise the residuals scale it.
+    pub noise_known: bool,
+    /// Slip of a wheel: standard deviation after a metre of path [m]; it grows with the root of the path.
+    pub slip: f64,
+    /// Standard deviation of the steering angle that the encoder does not see, constant over a motion [rad].
+    pub steering: f64,
+    /// Parts of the motions that are held out in turn; 0 leaves this out.
+    pub folds: usize,
+    /// Level at which an asymmetry of the steering is believed.
+    pub asymmetry_level: f64,
+    /// An asymmetry less certain than this is not believed whatever its size [rad].
+    pub asymmetry_sigma_max: f64,
+    /// Largest delay that is looked for [s].
+    pub delay_max: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            robust: true,
+            tail: 4.0,
+            noise_known: false,
+            slip: 0.5e-3,
+            steering: 0.02_f64.to_radians(),
+            folds: 2,
+            asymmetry_level: 0.01,
+            asymmetry_sigma_max: 1_f64.to_radians(),
+            delay_max: 0.2,
+        }
+    }
+}
+
+impl Options {
+    /// Whether every setting is in its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that is not.
+    pub fn validate(&self) -> Result<(), Error> {
+        let not_negative = |x: f64| x.is_finite() && x >= 0.0;
+        let checks = [
+            (self.tail.is_finite() && self.tail > 0.0, "tail", "above 0"),
+            (not_negative(self.slip), "slip", "0 m or more"),
+            (not_negative(self.steering), "steering", "0 rad or more"),
+            (self.folds != 1, "folds", "0, or 2 or more"),
+            (self.asymmetry_level > 0.0 && self.asymmetry_level < 1.0, "asymmetry_level", "between 0 and 1"),
+            (self.asymmetry_sigma_max > 0.0, "asymmetry_sigma_max", "above 0 rad"),
+            (not_negative(self.delay_max), "delay_max", "0 s or more"),
+        ];
+        match checks.iter().find(|(fits, ..)| !fits) {
+            None => Ok(()),
+            Some((_, name, bounds)) => Err(Error::Parameter(format!("setting {name} must be {bounds}"))),
+        }
+    }
+}
