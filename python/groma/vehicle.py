@@ -85,3 +85,42 @@ class Vehicle:
             return 0.0
         k = self.names.index(name)
         return float(np.sqrt(self.covariance[k, k]))
+
+
+def dead_reckoning(vehicle: Vehicle, readings: Array) -> Array:
+    """Return the poses (n, 3) that the wheels tell, on exact arcs from one reading to the next.
+
+    Parameters
+    ----------
+    vehicle
+        Its ``laser`` and ``delay`` have no part in this.
+    readings
+        (n, 2) counter and steering angle, or both counters; steering is the mean of the two readings of a step.
+
+    Returns
+    -------
+    Array
+        ``T_odom_base`` as x [m], y [m], theta [rad, turns counted]; the first is zero.
+    """
+    way, turn = _steps(vehicle, readings)
+    theta = np.concatenate([[0.0], np.cumsum(turn)])
+    half = turn / 2
+    chord = way * np.sinc(half / np.pi)
+    along = theta[:-1] + half
+    x, y = np.cumsum(chord * np.cos(along)), np.cumsum(chord * np.sin(along))
+    return np.column_stack([np.concatenate([[0.0], x]), np.concatenate([[0.0], y]), theta])
+
+
+def _steps(vehicle: Vehicle, readings: Array) -> tuple[Array, Array]:
+    """Return the way [m] and the turn [rad] of the base (n - 1,) between readings."""
+    p, step = vehicle.parameters, np.diff(readings, axis=0)
+    if vehicle.model == "differential":
+        left, right = p["left_radius"] * step[:, 0], p["right_radius"] * step[:, 1]
+        return (left + right) / 2, (right - left) / p["axle"]
+    travel = p["drive_scale"] * step[:, 0]
+    if vehicle.model == "tricycle":
+        offset = np.full(len(travel), p["steering_offset"])
+    else:
+        offset = np.where(travel < 0, p["steering_offset_backward"], p["steering_offset_forward"])
+    delta = p["steering_gain"] * (readings[:-1, 1] + readings[1:, 1]) / 2 + offset
+    return travel * np.cos(delta), travel * np.sin(delta) / p["wheelbase"]

@@ -5,7 +5,8 @@ that somebody else measured: a tracker, another program's laser odometry, tuples
 counted by reason.
 
 Neighbouring motions of a drive share a scan, and with it half of their errors: the covariance of a motion and the next
-is ``- 1/2 Sigma_k Ad(T_{k+1}^-1)^T``, with the errors of a motion taken to come from both its ends alike.
+is ``-C Ad(T_{k+1}^-1)^T``, with C the covariance that the shared scan brings: the errors of a motion are taken to come
+from both its ends alike, and of the halves of two neighbours C is the lesser.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ from groma.vehicle_segments import Segments, segments, turned
 
 Array = NDArray[np.float64]
 
+_SHARE = 0.49
+"""Part of a motion's covariance that one of its ends brings: a half, less a little that keeps the whole positive."""
 BREAK_MARGIN = 0.2
 """A motion this near to a break of the wheels is left out: a delay may reach across [s]."""
 
@@ -57,6 +60,7 @@ def vehicle_data(
     *,
     wheels: str | None = None,
     joints: tuple[str, ...] = (),
+    axle: float = 1.0,
     scans: str | None = None,
     poses: str | None = None,
     window: float | None = None,
@@ -72,6 +76,8 @@ def vehicle_data(
         What drives.
     wheels, joints
         Stream and names of the joints; chosen when left out.
+    axle
+        Wheel separation by which odometry was made, where it stands for wheels [m].
     scans
         Name of the scan stream; chosen when None.
     poses
@@ -88,7 +94,7 @@ def vehicle_data(
     EstimationError
         When no motion is left.
     """
-    read = read_wheels(recording, model, stream=wheels, joints=joints)
+    read = read_wheels(recording, model, stream=wheels, joints=joints, axle=axle)
     cut = segments(read, model, window)
     name, of_scans = _sensor(recording, scans, poses)
     counts, notes = Counter(read.skipped), list(read.notes)
@@ -219,12 +225,29 @@ def _gated(found: _Found, wheels: Wheels, model: Model, counts: Counter[str]) ->
 
 def _coupling(start: Array, end: Array, motion: Array, covariance: Array) -> Array:
     """Return the covariance (m - 1, 3, 3) of each motion and the next, zero where they share no scan."""
-    x, y = motion[1:, 0], motion[1:, 1]
-    cos, sin = np.cos(motion[1:, 2]), np.sin(motion[1:, 2])
-    back = np.zeros((len(motion) - 1, 3, 3))
+    back = _adjoint_of_inverse(motion[1:])
+    forth = np.linalg.inv(back) if len(back) else back
+    before = _SHARE * covariance[:-1]
+    after = _SHARE * forth @ covariance[1:] @ forth.transpose(0, 2, 1)
+    shared = (np.abs(start[1:] - end[:-1]) < 1e-6).astype(np.float64)
+    coupling: Array = -shared[:, None, None] * (_lesser(before, after) @ back.transpose(0, 2, 1))
+    return coupling
+
+
+def _lesser(a: Array, b: Array) -> Array:
+    """Return the greatest covariance that exceeds neither of two (m, 3, 3) in the directions that they share."""
+    root = np.linalg.cholesky(a)
+    inverse = np.linalg.inv(root)
+    values, vectors = np.linalg.eigh(inverse @ b @ inverse.transpose(0, 2, 1))
+    turned = root @ vectors
+    lesser: Array = turned * np.minimum(values, 1.0)[:, None, :] @ turned.transpose(0, 2, 1)
+    return lesser
+
+
+def _adjoint_of_inverse(motion: Array) -> Array:
+    x, y, cos, sin = motion[:, 0], motion[:, 1], np.cos(motion[:, 2]), np.sin(motion[:, 2])
+    back = np.zeros((len(motion), 3, 3))
     back[:, 0] = np.column_stack([cos, sin, x * sin - y * cos])
     back[:, 1] = np.column_stack([-sin, cos, x * cos + y * sin])
     back[:, 2, 2] = 1.0
-    shared = (np.abs(start[1:] - end[:-1]) < 1e-6).astype(np.float64)
-    coupling: Array = -0.5 * shared[:, None, None] * (covariance[:-1] @ back.transpose(0, 2, 1))
-    return coupling
+    return back

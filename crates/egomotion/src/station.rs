@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Share of two scans that must be common.
 const LEAST_SHARE: f64 = 0.3;
 /// Pieces of wall that must be common.
-const LEAST_PATCHES: usize = 12;
+const LEAST_PATCHES: usize = 6;
 /// A registration farther than this from the tracked motion found another minimum [m], [rad].
 const FAR: (f64, f64) = (0.3, 0.1);
 

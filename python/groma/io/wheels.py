@@ -2,8 +2,8 @@
 
 Choice when not told: the joint stream with most messages; in it, for a tricycle, the joint whose name has ``steer`` in
 it and the one called traction, drive, front or wheel; for a differential drive those called left and right. A
-recording that has no joints but odometry of a differential drive can serve: the wheels that would have made it, on an
-axle of 1 m, are then "read", so that the radii found are factors on the wheels of that odometry, and the axle one on
+recording that has no joints but odometry of a differential drive can serve: the wheels that would have made it are
+then "read", so that the radii found are factors on the wheels of that odometry, and the axle one on
 its separation.
 
 Readings are sorted; those that are no numbers or repeat a time are left out and counted. Angles that jump by a turn are
@@ -34,6 +34,8 @@ LEAP = 20.0
 """A counter that runs this many times faster than it ever usually does was reset."""
 SENSOR_FRAMES = ("laser", "sensor", "lidar", "scan")
 """A frame with one of these words in its name is that of the sensor, not of the vehicle."""
+_LOOK = 100
+"""Messages after which all joints have been met."""
 _PATTERNS = {
     "traction": re.compile(r"traction|drive|front|wheel|motor", re.IGNORECASE),
     "steering": re.compile(r"steer", re.IGNORECASE),
@@ -60,7 +62,9 @@ class Wheels:
     notes: tuple[str, ...] = ()
 
 
-def read_wheels(recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = ()) -> Wheels:
+def read_wheels(
+    recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = (), axle: float = 1.0
+) -> Wheels:
     """Read the wheels of a vehicle.
 
     Parameters
@@ -73,6 +77,8 @@ def read_wheels(recording: Recording, model: Model, *, stream: str | None = None
         Name of the joint or odometry stream; chosen when None.
     joints
         Names of the joints in the order of ``JOINTS``; chosen when empty.
+    axle
+        Wheel separation by which odometry was made, where it stands for wheels [m].
 
     Raises
     ------
@@ -81,8 +87,8 @@ def read_wheels(recording: Recording, model: Model, *, stream: str | None = None
     """
     name, kind, notes = _stream(recording, model, stream)
     if kind is Kind.ODOMETRY:
-        table, skipped = _odometry_table(recording, name)
-        return _wheels(table, model, (), "rad", skipped, [*notes, _MADE_FROM_ODOMETRY.format(name)])
+        table, skipped = _odometry_table(recording, name, axle)
+        return _wheels(table, model, (), "rad", skipped, [*notes, _MADE_FROM_ODOMETRY.format(name, axle)])
     columns, unit = _columns(recording, name)
     chosen = _joints(recording, name, columns, model, joints)
     if not joints:
@@ -94,7 +100,20 @@ def read_wheels(recording: Recording, model: Model, *, stream: str | None = None
     return _wheels(table, model, chosen, unit, Counter(), notes)
 
 
-_MADE_FROM_ODOMETRY = "no joints: wheels made from the odometry {}, on an axle of 1 m; radii are factors on its wheels"
+_MADE_FROM_ODOMETRY = "no joints: wheels made from the odometry {}, {:g} m apart; radii are factors on its wheels"
+
+
+def steers(recording: Recording, stream: str | None = None, joints: Sequence[str] = ()) -> bool:
+    """Whether a joint of the recording is one that steers, by its name."""
+    names = list(joints)
+    if not names:
+        streams = [s.name for s in recording.streams if s.kind is Kind.JOINTS and stream in (None, s.name)]
+        for count, message in enumerate(recording.messages(streams)):
+            if isinstance(message, JointState):
+                names += message.names
+            if count > _LOOK:
+                break
+    return any(_PATTERNS["steering"].search(name) for name in names)
 
 
 def is_of_sensor(frame: str) -> bool:
@@ -172,8 +191,8 @@ def _merged(columns: list[list[tuple[float, float]]]) -> Array:
     return np.column_stack([first, np.interp(first[:, 0], good[:, 0], good[:, 1]) if len(first) else np.empty(0)])
 
 
-def _odometry_table(recording: Recording, stream: str) -> tuple[Array, Counter[str]]:
-    """Return (n, 3) time and the angles of wheels of 1 m radius and 1 m apart that would have made the odometry."""
+def _odometry_table(recording: Recording, stream: str, axle: float) -> tuple[Array, Counter[str]]:
+    """Return (n, 3) time and the angles of wheels of 1 m radius that would have made the odometry."""
     read = [
         (m.stamp, m.x, m.y, m.theta)
         for m in recording.messages({stream})
@@ -186,9 +205,9 @@ def _odometry_table(recording: Recording, stream: str) -> tuple[Array, Counter[s
     turn = np.arctan2(np.sin(step[:, 2]), np.cos(step[:, 2]))
     middle = poses[:-1, 3] + turn / 2
     chord = step[:, 0] * np.cos(middle) + step[:, 1] * np.sin(middle)
-    half = turn / 2
+    half, aside = turn / 2, turn * axle / 2
     way = chord * np.where(np.abs(half) > 1e-6, half / np.where(half == 0, 1.0, np.sin(half)), 1.0)
-    sums = np.vstack([np.zeros((1, 2)), np.cumsum(np.column_stack([way - half, way + half]), axis=0)])
+    sums = np.vstack([np.zeros((1, 2)), np.cumsum(np.column_stack([way - aside, way + aside]), axis=0)])
     return np.column_stack([poses[:, 0], sums[: len(poses)]]), skipped
 
 
