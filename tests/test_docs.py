@@ -23,6 +23,7 @@ import groma.cli.simulate
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
 from groma.simulation import Scenario, Simulated, scenario, simulate, true_relations, write_relations
+from groma.vehicle_simulation import Arcs, CalibrationDrive, Tricycle, calibration_scenario, simulate_calibration
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -73,6 +74,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("library")
     drive = first_minute(scenario("rooms"))
     write_recording(folder / "drive.mcap", drive)
+    write_recording(folder / "agv.mcap", _eight_arcs())
     write_recording(folder / "return.mcap", there_and_back(drive))
     write_recording(folder / "drive.csv.gz", drive)
     (folder / "drive.csv.gz").rename(folder / "intel.clf.gz")  # the content decides, not the suffix
@@ -80,6 +82,15 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_relations(folder / "intel.relations", true_relations(drive.scan_stamps, drive.scan_truth))
     shutil.copytree(_mapped(folder), folder / "results" / "latest")
     return folder
+
+
+def _eight_arcs() -> CalibrationDrive:
+    """A tricycle on arcs, with few scans."""
+    full = calibration_scenario(Tricycle())
+    assert isinstance(full.program, Arcs)
+    scanner = msgspec.structs.replace(full.scanner, period=0.4)
+    program = msgspec.structs.replace(full.program, angles=2)
+    return simulate_calibration(msgspec.structs.replace(full, scanner=scanner, program=program))
 
 
 def _mapped(folder: Path) -> Path:

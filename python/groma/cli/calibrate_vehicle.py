@@ -21,7 +21,7 @@ from groma.io.recording import Recording, open_recording
 from groma.io.results import point_latest, result_directory, shown_command
 from groma.io.streams import Kind
 from groma.report.calibration_words import misfits, rows, verdict_words
-from groma.vehicle import Model
+from groma.vehicle import PARAMETERS, Model
 from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged
 
 
@@ -76,6 +76,8 @@ def vehicle(
     """
     request = Request(model, wheelbase, _free(free), wheels, _names(joints), axle, scans, poses, window)
     _check(request)
+    if tolerance:
+        amounts(tolerance, {name: 1.0 for names in PARAMETERS.values() for name in names}, "--tolerance")
     recording = open_recording(file)
     directory = result_directory(output, datetime.now().astimezone())
     try:

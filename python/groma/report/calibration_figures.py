@@ -38,9 +38,9 @@ def driven(result: CalibratedVehicle) -> Driven:
 
 
 def laser_paths(result: CalibratedVehicle) -> tuple[list[Array], list[Array]]:
-    """Return the path of the laser as measured, and as the calibrated wheels tell it, in unbroken pieces (k, 3).
+    """Return the path of the laser in pieces (k, 3): as measured, motion by motion, and as the wheels tell it.
 
-    Each piece of wheels starts where the measured one does.
+    A piece has no break in it and starts where the wheels are.
     """
     motions, vehicle = result.data.motions, result.vehicle
     joined = np.abs(motions.start[1:] - motions.end[:-1]) < 1e-6
@@ -49,14 +49,18 @@ def laser_paths(result: CalibratedVehicle) -> tuple[list[Array], list[Array]]:
     measured, told = [], []
     for piece in pieces:
         times = np.concatenate([motions.start[piece], motions.end[piece[-1:]]])
-        base = _base_at(result, times)[:, :3]
-        wheels = _composed(base, np.broadcast_to(laser, base.shape))
+        base = _base_at(result, np.linspace(times[0], times[-1], max(2, int((times[-1] - times[0]) / _DENSE))))
+        wheels = _composed(base, np.broadcast_to(laser, (len(base), 3)))
         chain = [wheels[0]]
         for k in piece:
             chain.append(_composed(chain[-1][None], motions.motion[k][None])[0])
         measured.append(np.array(chain))
         told.append(wheels)
     return measured, told
+
+
+_DENSE = 0.1
+"""Time between points of a path that is drawn [s]."""
 
 
 def _base_at(result: CalibratedVehicle, scan_times: Array) -> Array:

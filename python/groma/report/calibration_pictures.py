@@ -55,11 +55,10 @@ def paths(result: CalibratedVehicle) -> Figure:
     size = (high - low) * scale
     sheet = drawing.sheet(size[1] + _BOTTOM + 0.1)
     ax = drawing.axes(sheet, _LEFT, _BOTTOM, size[0], size[1])
-    dots = len(result.data.motions.start) < 60
     for path in told:
-        ax.plot(path[:, 0], path[:, 1], "o-" if dots else "-", color=FINAL, linewidth=1.2, markersize=3)
+        ax.plot(path[:, 0], path[:, 1], "-", color=FINAL, linewidth=1.2)
     for path in measured:
-        ax.plot(path[:, 0], path[:, 1], "x" if dots else "--", color=REJECTED, linewidth=0.9, markersize=5)
+        ax.plot(path[:, 0], path[:, 1], "x", color=REJECTED, markersize=4, markeredgewidth=0.9)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
     return sheet
 

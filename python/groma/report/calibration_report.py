@@ -143,7 +143,8 @@ def _misfit(result: CalibratedVehicle) -> Html:
 
 def _drive(result: CalibratedVehicle) -> Html:
     caption = (
-        "The laser's way from motion to motion, and what the calibrated wheels say of it; each piece starts afresh."
+        "The laser's way by the calibrated wheels, and the ends of the measured motions put one after the other. "
+        "Both start alike; how far they part is the sum of all that is left."
     )
     keys = [("final", "line", "by the wheels"), ("rejected", "cross", "measured")]
     return section("The drive", figure(pictures.paths(result), caption, keys))

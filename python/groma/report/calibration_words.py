@@ -96,8 +96,13 @@ def misfits(result: CalibratedVehicle) -> list[str]:
         against.append(
             f"residuals are {number(result.found.noise_scale, 1)} times as large as the scans and the usual slip "
             "explain; the intervals allow for it, but something is not in the model"
+            + (", perhaps a delay: try --free delay" if _may_hide_a_delay(result) else "")
         )
     return against
+
+
+def _may_hide_a_delay(result: CalibratedVehicle) -> bool:
+    return result.data.segments.kind == "windows" and "delay" not in result.found.names
 
 
 _NOISY = 2.0
