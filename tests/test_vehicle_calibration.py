@@ -16,7 +16,7 @@ from groma.errors import EstimationError, UserError
 from groma.io.quantities import amounts
 from groma.io.recording import open_recording, write_recording
 from groma.io.robot_files import ros2_control, urdf_joint
-from groma.io.vehicle_file import read_vehicle
+from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.models import JointState
 from groma.vehicle import PARAMETERS, Vehicle, dead_reckoning
 from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
@@ -323,3 +323,14 @@ def test_files_for_ros_hold_the_numbers() -> None:
     assert "wheel_separation: 0.552000" in text
     ratio = differential.parameters["left_radius"] / 0.09995
     assert f"left_wheel_radius_multiplier: {ratio:.8f}" in text
+
+
+def test_a_map_is_made_with_the_calibrated_wheels(eight_arcs: Path, tmp_path: Path) -> None:
+    write_vehicle(tmp_path / "vehicle.toml", true_vehicle(calibration_scenario(Tricycle())))
+    line = f"map {eight_arcs} --vehicle {tmp_path / 'vehicle.toml'} -o {tmp_path / 'map'} --resolution 0.2"
+    assert groma.cli.run(line.split()) == 0
+    figures = json.loads((tmp_path / "map" / "metrics.json").read_text())
+    assert figures["counts"]["odometry_read"] > 1000
+    assert figures["drift_odometry_max_m"] < 0.15
+    assert abs(figures["counts"]["laser_offset_x_m"]) < 0.02
+    assert figures["path_m"] == pytest.approx(figures["counts"]["path_m"], rel=0.1)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from made import read, text
 
 from groma.errors import UserError
-from groma.io.recording import write_recording
+from groma.io.recording import open_recording, write_recording
 from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 NUMBER = st.floats(allow_nan=False, width=64)
@@ -97,7 +97,7 @@ def test_a_malformed_line_is_told_with_its_number(tmp_path: Path, line: str, tol
 def test_the_example_of_the_reference_page(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs/reference/csv.md").read_text()
     recording, messages = read(text(tmp_path / "a.csv", page.split("```")[1].lstrip()))
-    assert [type(m) for m in messages] == [Transform, Odometry, LaserScan, JointState]
+    assert [type(m) for m in messages] == [Transform, Odometry, LaserScan, JointState, JointState]
     assert recording.notes.lines() == []
 
 
@@ -110,3 +110,20 @@ def test_a_name_with_a_comma_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="comma"):
         write_recording(tmp_path / "a.csv", [Odometry(1.0, "a,b", 0, 0, 0)])
     assert list(tmp_path.iterdir()) == []
+
+
+def test_ticks_become_angles_and_overflow(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(
+        "ENCODER,w,steer,8192,8192\nENCODER,w,left,4096,65536\n"
+        "TICKS,1,w,2,left,65530,steer,8190\nTICKS,2,w,2,left,10,steer,2\n"
+        "ENCODER,w,right,nan,inf\nTICKS,3,w,1,right,7\nTICKS,4,w,2,right,7\nENCODER,w,x,0,1\nTICKS,5,w,1,right,x\n"
+    )
+    opened = open_recording(tmp_path / "a.csv")
+    read = [m for m in opened.messages() if isinstance(m, JointState)]
+    assert [stream.kind for stream in opened.streams] == ["joint state"]
+    assert np.diff([m.positions for m in read[:2]], axis=0)[0] == pytest.approx(
+        np.array([16 / 4096, 4 / 8192]) * 2 * np.pi
+    )
+    assert [m.unit for m in read] == ["rad", "rad", "tick"]
+    assert read[2].positions.tolist() == [7.0]
+    assert opened.notes.malformed == 3

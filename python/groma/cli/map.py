@@ -20,6 +20,9 @@ from groma.io.drive import Drive, open_drive
 from groma.io.recording import open_recording
 from groma.io.results import point_latest, result_directory, run_record, save_map, save_survey, shown_command
 from groma.io.trajectory import read_tum
+from groma.io.results import point_latest, result_directory, save_map, shown_command
+from groma.io.vehicle_file import read_vehicle
+from groma.io.wheel_drive import STREAM, open_wheel_drive
 from groma.mapper import map_defaults, map_drive
 from groma.mapping import MapResult
 from groma.report.words import verdict
@@ -34,6 +37,7 @@ def map_(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     scans: str | None = None,
     odometry: str | None = None,
+    vehicle: Path | None = None,
     online: Annotated[bool, Parameter(negative=())] = False,
     resolution: float | None = None,
     landmarks: Path | None = None,
@@ -59,6 +63,8 @@ def map_(
         Name of the scan stream, if there are several.
     odometry
         Name of the odometry stream, or none to map from the scans alone.
+    vehicle
+        vehicle.toml of groma calibrate vehicle: odometry from its wheels, its laser where it was found.
     online
         Let every pose use only what was seen before it.
     resolution
@@ -83,7 +89,7 @@ def map_(
         os.environ["RAYON_NUM_THREADS"] = str(threads)
     chosen: Settings = {"online": online or None, "resolution": resolution, "scans": scans, "odometry": odometry}
     settings = _settings(config, chosen)
-    drive = open_drive(open_recording(file), scans=_name(settings, "scans"), odometry=_name(settings, "odometry"))
+    drive = _drive(file, vehicle, _name(settings, "scans"), _name(settings, "odometry"))
     new = output is None or not output.exists()
     directory = result_directory(output, datetime.now().astimezone())
     try:
@@ -129,6 +135,12 @@ def map_at_poses(directory: Path, drive: Drive, settings: Settings, command: str
     kinds, scans = result.landmarks.kinds.tolist(), result.counts["keyframes"]
     counted = f"{kinds.count('corner')} corners and {kinds.count('reflector')} reflectors from {scans} scans"
     return f"{directory / 'landmarks.json'}: {counted}"
+def _drive(file: Path, vehicle: Path | None, scans: str | None, odometry: str | None) -> Drive:
+    if vehicle is None:
+        return open_drive(open_recording(file), scans=scans, odometry=odometry)
+    if odometry not in (None, STREAM):
+        raise UserError(f"--odometry {odometry} and --vehicle contradict each other: give one of them")
+    return open_wheel_drive(open_recording(file), read_vehicle(vehicle), scans=scans)
 
 
 def _settings(config: Path | None, chosen: Settings) -> Settings:

@@ -5,6 +5,8 @@
     ODOM,stamp,stream,frame,child_frame,x,y,theta
     JOINTS,stamp,stream,k,name1,position1,velocity1,..
     TF,stamp,stream,parent,child,static,x,y,z,qx,qy,qz,qw
+    ENCODER,stream,name,counts_per_turn,modulus
+    TICKS,stamp,stream,k,name1,count1,..
 
 GEOMETRY holds for the SCAN lines of its stream until the next one. SI units, radians; ``inf`` is no return, ``nan`` is
 invalid or unknown. Numbers are written so that reading gives the same bits. Lines that begin with # are remarks.
@@ -25,6 +27,7 @@ from groma.errors import UserError
 from groma.io.atomic import replacing
 from groma.io.carmen_lines import LineError, Tokens, number, parse_ranges
 from groma.io.carmen_survey import LOOKED_AT
+from groma.io.csv_ticks import Encoders
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
@@ -39,8 +42,14 @@ HEADER = """\
 # JOINTS,stamp,stream,k,name1,position1,velocity1,..
 # TF,stamp,stream,parent,child,static,x,y,z,qx,qy,qz,qw
 """
-TAGS = ("GEOMETRY", "SCAN", "ODOM", "JOINTS", "TF")
-_KINDS = {b"SCAN": Kind.SCAN, b"ODOM": Kind.ODOMETRY, b"JOINTS": Kind.JOINTS, b"TF": Kind.TRANSFORM}
+TAGS = ("GEOMETRY", "SCAN", "ODOM", "JOINTS", "TF", "ENCODER", "TICKS")
+_KINDS = {
+    b"SCAN": Kind.SCAN,
+    b"ODOM": Kind.ODOMETRY,
+    b"JOINTS": Kind.JOINTS,
+    b"TICKS": Kind.JOINTS,
+    b"TF": Kind.TRANSFORM,
+}
 _STREAM_FIELD = 2
 
 
@@ -58,15 +67,18 @@ class CsvRecording:
         """Yield messages in the order of the file; see :class:`groma.io.recording.Recording`."""
         self.notes.restart()
         geometries: dict[str, BeamGeometry] = {}
+        encoders = Encoders()
         for line_number, line in numbered_lines(self.path, self.notes):
             fields = line.rstrip().split(b",")
             tag = fields[0].decode(errors="replace").strip()
             try:
                 if tag == "GEOMETRY":
                     geometries[_text(fields, 1)] = _geometry(fields)
+                elif tag == "ENCODER":
+                    encoders.announce(fields)
                 elif tag in TAGS:
                     if streams is None or _text(fields, _STREAM_FIELD) in streams:
-                        yield _PARSERS[tag](fields, geometries)
+                        yield encoders.joints(fields) if tag == "TICKS" else _PARSERS[tag](fields, geometries)
                 elif tag and not tag.startswith("#"):
                     self.notes.skip(tag)
             except LineError as error:

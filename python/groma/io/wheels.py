@@ -7,7 +7,8 @@ then "read", so that the radii found are factors on the wheels of that odometry,
 its separation.
 
 Readings are sorted; those that are no numbers or repeat a time are left out and counted. Angles that jump by a turn are
-unrolled. Where a counter leaps (a reset) or readings are missing, the log is broken: no motion is taken across.
+unrolled, steering angles are taken within half a turn. Where a counter leaps (a reset) or readings are missing, the log
+is broken: no motion is taken across.
 """
 
 from __future__ import annotations
@@ -224,6 +225,8 @@ def _wheels(
         if _rolls_over(table[:, k]):
             table[:, k] = np.unwrap(table[:, k])
             notes.append(f"the angle of {joints[k - 1] if joints else 'a wheel'} jumps by whole turns: it was unrolled")
+    if model != "differential":
+        table[:, 2] = np.arctan2(np.sin(table[:, 2]), np.cos(table[:, 2]))
     breaks = _breaks(table, counters, skipped)
     return Wheels(table[:, 0], table[:, 1:], joints, unit, breaks, skipped, tuple(notes))
 
