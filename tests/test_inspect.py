@@ -47,12 +47,12 @@ def test_a_carmen_log(tmp_path: Path) -> None:
     assert result.odometry["FLASER"].path_m == pytest.approx(0.9)
     assert result.duration_s == pytest.approx(9)
     assert result.edges == {("base_link", "laser"): True}
-    assert {use.command: use.possible for use in result.uses} == {"groma map": True}
+    assert {use.command: use.possible for use in result.uses} == {"groma map": True, "groma calibrate vehicle": True}
 
 
 def test_the_joints_of_a_bag_are_named(tmp_path: Path) -> None:
     result = found(bag1(tmp_path / "a.bag", drive_entries(Ros(1), 10)))
-    assert {use.command: use.possible for use in result.uses} == {"groma map": True}
+    assert {use.command: use.possible for use in result.uses} == {"groma map": True, "groma calibrate vehicle": True}
     assert result.joints == {"/joint_states": ("left", "right")}
 
 

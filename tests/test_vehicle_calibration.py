@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import groma.cli
+from groma.cli.demo_vehicle import calibrate_simulated
 from groma.errors import EstimationError, UserError
 from groma.io.quantities import amounts
 from groma.io.recording import open_recording, write_recording
@@ -334,3 +335,13 @@ def test_a_map_is_made_with_the_calibrated_wheels(eight_arcs: Path, tmp_path: Pa
     assert figures["drift_odometry_max_m"] < 0.15
     assert abs(figures["counts"]["laser_offset_x_m"]) < 0.02
     assert figures["path_m"] == pytest.approx(figures["counts"]["path_m"], rel=0.1)
+
+
+def test_the_demonstration_is_near_the_truth(tmp_path: Path) -> None:
+    result, lines = calibrate_simulated(tmp_path, seed=2)
+    assert (tmp_path / "report.html").exists()
+    assert lines[0].startswith(("Stop here", "Go on"))
+    assert len(lines) == 1 + len(result.found.names)
+    assert "off the truth by" in lines[1]
+    truth = true_vehicle(calibration_scenario(Tricycle())).parameters
+    assert abs(result.vehicle.parameters["laser_x"] - truth["laser_x"]) < 0.004

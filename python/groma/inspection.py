@@ -19,6 +19,7 @@ from groma.io.drive import Drive, is_jump, open_drive
 from groma.io.recording import Recording
 from groma.io.sampling import Sample
 from groma.io.streams import Kind
+from groma.io.wheels import is_of_sensor
 from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 GAP_MEDIANS, GAP_S = 5.0, 0.5
@@ -250,7 +251,19 @@ def _uses(found: Inspection, mount_known: bool) -> list[Use]:
     mapping = "with odometry" if has_odometry else "scans alone, as with --odometry none"
     if not mount_known:
         mapping += "; where the laser sits is not in it and is taken as zero"
-    return [_use("groma map", ["laser scans"] if scans < 2 else [], mapping)]
+    return [_use("groma map", ["laser scans"] if scans < 2 else [], mapping), _calibration(found, scans)]
+
+
+def _calibration(found: Inspection, scans: int) -> Use:
+    """Tell whether a vehicle can be calibrated: by joints or odometry, and scans or poses of the sensor."""
+    tracked = [name for name, stream in found.odometry.items() if is_of_sensor(stream.child_frame)]
+    wheels = list(found.joints) or [name for name in found.odometry if name not in tracked]
+    lacks = [] if wheels else ["wheels: joint states, ticks or odometry"]
+    if scans < 2 and not tracked:
+        lacks.append("laser scans or poses of the sensor")
+    sensor = "scans" if scans >= 2 else f"poses of the sensor, {', '.join(tracked)}"
+    made = "wheels" if found.joints else "a differential drive, its wheels made from odometry"
+    return _use("groma calibrate vehicle", lacks, f"{made} of {', '.join(wheels)} and {sensor}")
 
 
 def _use(command: str, lacks: list[str], works_with: str) -> Use:

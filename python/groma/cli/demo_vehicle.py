@@ -1,0 +1,60 @@
+"""The part of a demonstration that calibrates a vehicle: a simulated tricycle on eight arcs, held against its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from groma.cli.calibrate_vehicle import calibrate_into
+from groma.io.recording import open_recording, write_recording
+from groma.io.results import shown_command
+from groma.report.calibration_words import WORDS, amount, verdict_words
+from groma.vehicle_calibration import CalibratedVehicle, Request
+from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration, true_vehicle
+
+TOLERANCE = "laser_x=2mm,laser_y=2mm,laser_yaw=0.05deg,steering_offset=0.02deg"
+PERIOD = 0.2
+"""Time between scans: enough for the standstills, and half the work of the usual scanner [s]."""
+
+
+def calibrate_simulated(directory: Path, seed: int) -> tuple[CalibratedVehicle, list[str]]:
+    """Simulate a drive, calibrate its vehicle into a folder, and say how far that is from the truth.
+
+    Parameters
+    ----------
+    directory
+        Exists; gets ``agv.mcap`` and the files of `groma calibrate vehicle`.
+    seed
+        Draws the hall and all noise.
+
+    Returns
+    -------
+    tuple
+        The calibration, and lines for a person.
+    """
+    scenario = calibration_scenario(Tricycle(), seed)
+    if isinstance(scenario.program, Arcs):
+        program = msgspec.structs.replace(scenario.program, angles=2)
+        scanner = msgspec.structs.replace(scenario.scanner, period=PERIOD)
+        scenario = msgspec.structs.replace(scenario, program=program, scanner=scanner)
+    truth = true_vehicle(scenario)
+    recording = directory / "agv.mcap"
+    write_recording(recording, simulate_calibration(scenario))
+    request = Request(wheelbase=truth.parameters["wheelbase"])
+    command = shown_command(["calibrate", "vehicle", recording.name, "--wheelbase", str(request.wheelbase)])
+    result = calibrate_into(directory, open_recording(recording), request, TOLERANCE, command)
+    return result, [f"{verdict_words(result)}.", *_errors(result, truth.parameters)]
+
+
+def _errors(result: CalibratedVehicle, truth: Mapping[str, float]) -> list[str]:
+    """Return a line a parameter: estimate, interval, error."""
+    lines = []
+    for name, value, sigma in zip(
+        result.found.names, result.found.values.tolist(), result.found.sigmas.tolist(), strict=True
+    ):
+        shown, width = (amount(name, x, sigma, result) for x in (value, result.half_widths[name]))
+        off = amount(name, value - truth[name], sigma, result)
+        lines.append(f"  {WORDS[name]}: {shown} ± {width}, off the truth by {off}")
+    return lines
