@@ -20,7 +20,6 @@ from groma.io.drive import Drive, open_drive
 from groma.io.recording import open_recording
 from groma.io.results import point_latest, result_directory, run_record, save_map, save_survey, shown_command
 from groma.io.trajectory import read_tum
-from groma.io.results import point_latest, result_directory, save_map, shown_command
 from groma.io.vehicle_file import read_vehicle
 from groma.io.wheel_drive import STREAM, open_wheel_drive
 from groma.mapper import map_defaults, map_drive
@@ -135,6 +134,8 @@ def map_at_poses(directory: Path, drive: Drive, settings: Settings, command: str
     kinds, scans = result.landmarks.kinds.tolist(), result.counts["keyframes"]
     counted = f"{kinds.count('corner')} corners and {kinds.count('reflector')} reflectors from {scans} scans"
     return f"{directory / 'landmarks.json'}: {counted}"
+
+
 def _drive(file: Path, vehicle: Path | None, scans: str | None, odometry: str | None) -> Drive:
     if vehicle is None:
         return open_drive(open_recording(file), scans=scans, odometry=odometry)

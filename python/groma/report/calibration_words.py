@@ -82,7 +82,12 @@ def verdict_words(result: CalibratedVehicle) -> str:
     if not result.tolerances:
         return f"{held} and where the laser sits"
     if result.verdict.enough:
-        return f"Stop here: {held} and all {count(len(result.tolerances), 'tolerance')} are met".replace("all 1", "the")
+        met = (
+            "the tolerance is met"
+            if len(result.tolerances) == 1
+            else f"all {len(result.tolerances)} tolerances are met"
+        )
+        return f"Stop here: {met} with {count(used, 'motion')} ({what}) of the {found.model} drive"
     missed = ", ".join(WORDS[name] for name in result.verdict.missed)
     factor = more_driving(result)
     more = f"drive about {number(factor, 1)} times as much of the same" if factor < 50 else "drive something else"
