@@ -14,4 +14,6 @@ def test_prints_the_defaults_of_the_core_as_toml(
     defaults = {"resolution": 0.05, "scan": {"range_max": 30.0, "deskew": True}}
     monkeypatch.setattr(_core, "map_defaults", lambda: defaults, raising=False)
     assert groma.cli.run(["config"]) == 0
-    assert tomllib.loads(capsys.readouterr().out) == {"map": {"scans": "", "odometry": "", **defaults}}
+    printed = tomllib.loads(capsys.readouterr().out)
+    assert printed["map"] == {"scans": "", "odometry": "", **defaults}
+    assert printed["cameras"] == _core.network_defaults()

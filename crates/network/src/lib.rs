@@ -7,6 +7,7 @@ pub mod batch;
 pub mod error;
 pub mod filter;
 pub mod floor;
+pub mod hand_eye;
 pub mod measurement;
 pub mod odometry;
 pub mod options;

@@ -6,6 +6,7 @@ mod egomotion;
 mod features;
 mod localization;
 mod mapping;
+mod network;
 mod pose_graph;
 mod recognition;
 mod simulation;
@@ -20,6 +21,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     features::register(m)?;
     localization::register(m)?;
     mapping::register(m)?;
+    network::register(m)?;
     pose_graph::register(m)?;
     recognition::register(m)?;
     simulation::register(m)?;

@@ -22,6 +22,7 @@ Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
 app = App(name="simulate")
+app.command("groma.cli.simulate_cameras:cameras")
 app.command("groma.cli.simulate_vehicle:vehicle")
 app.command("groma.cli.simulate_localization:localization")
 

@@ -33,6 +33,7 @@ use system::System;
 /// Unknowns of a block.
 pub(crate) const B: usize = 6;
 const FIRST_DAMPING: f64 = 1e-6;
+const LEAST_DAMPING: f64 = 1e-12;
 const LAST_DAMPING: f64 = 1e6;
 /// A step that promises less is the last [chi-square].
 const ENOUGH: f64 = 1e-6;
@@ -128,19 +129,22 @@ impl Batch {
         self.check(&start)?;
         let mut system = System::new(self, &start)?;
         let mut state = start;
-        let mut at = terms::linearise(self, &state, &mut system)?;
+        let unseen = || Error::NoData("a camera does not see the target from where the start has it".into());
+        let mut at = terms::linearise(self, &state, &mut system)?.ok_or_else(unseen)?;
         let (mut damping, mut taken, mut converged) = (FIRST_DAMPING, 0, false);
         while !converged && taken < self.iterations && damping < LAST_DAMPING {
             let (step, promise) = system.step(damping)?;
             converged = promise < ENOUGH + 1e-10 * at;
             let moved = state.moved(self, &step);
-            match terms::cost(self, &moved).filter(|cost| *cost <= at + 1e-12 * at.abs()) {
-                Some(_) => {
-                    state = moved;
-                    at = terms::linearise(self, &state, &mut system)?;
-                    (damping, taken) = ((damping / 10.0).max(1e-12), taken + 1);
+            match terms::linearise(self, &moved, &mut system)?.filter(|cost| *cost <= at + 1e-12 * at.abs()) {
+                Some(cost) => {
+                    (state, at, taken) = (moved, cost, taken + 1);
+                    damping = (damping / 10.0).max(LEAST_DAMPING);
                 }
-                None => damping *= 10.0,
+                None => {
+                    damping *= 10.0;
+                    terms::linearise(self, &state, &mut system)?;
+                }
             }
         }
         let residuals = terms::residuals(self, &state);

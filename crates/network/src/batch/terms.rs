@@ -9,6 +9,7 @@ use crate::view::{Normal, normal};
 use groma_geometry::{LieGroup, Se3};
 use groma_models::Camera;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use rayon::prelude::*;
 
 /// What stands for a sigma of zero [m, rad].
 const EXACT: f64 = 1e-6;
@@ -16,8 +17,8 @@ const EXACT: f64 = 1e-6;
 const PLANE: [usize; 3] = [0, 1, 5];
 const UPRIGHT: [usize; 3] = [2, 3, 4];
 
-/// Fills the system and returns the cost.
-pub(super) fn linearise(batch: &Batch, state: &State, system: &mut System) -> Result<f64, Error> {
+/// Fills the system and returns the cost; nothing where a camera does not see a corner.
+pub(super) fn linearise(batch: &Batch, state: &State, system: &mut System) -> Result<Option<f64>, Error> {
     system.clear();
     let [_, places, lenses, mount] = state.blocks();
     let mut cost = add_origin(&state.stops, system) + add_priors(batch, state, system, lenses, mount);
@@ -34,33 +35,17 @@ pub(super) fn linearise(batch: &Batch, state: &State, system: &mut System) -> Re
         system.add(&[(k, white * j)], &(white * r));
     }
     let cameras = calibrated(batch, state);
-    for view in &batch.views {
-        let lens = &batch.lenses[view.lens];
-        let pose = foretold(state, view);
-        let full = normal(&cameras[view.lens], &lens.basis, &view.corners, &pose).ok_or_else(unseen)?;
+    let of_view = |view: &BatchView| {
+        normal(&cameras[view.lens], &batch.lenses[view.lens].basis, &view.corners, &foretold(state, view))
+    };
+    let normals: Vec<Option<Normal>> = batch.views.par_iter().map(of_view).collect();
+    for (view, full) in batch.views.iter().zip(normals) {
+        let Some(full) = full else { return Ok(None) };
         let (reduced, eliminated) = slackened(full, batch.slack);
         cost += eliminated;
         add_view(&reduced, state, view, [places, lenses, mount], system);
     }
-    Ok(cost)
-}
-
-/// The cost alone; nothing where a camera does not see a corner.
-pub(super) fn cost(batch: &Batch, state: &State) -> Option<f64> {
-    let mut cost = 0.0;
-    let cameras = calibrated(batch, state);
-    for view in &batch.views {
-        let basis = DMatrix::zeros(batch.lenses[view.lens].camera.count(), 0);
-        let full = normal(&cameras[view.lens], &basis, &view.corners, &foretold(state, view))?;
-        cost += slackened(full, batch.slack).1;
-    }
-    let rest = residuals_without_views(batch, state);
-    Some(
-        cost + rest.odometry.0
-            + rest.floor.0
-            + rest.priors.0
-            + origin(&state.stops).map_or(0.0, |(r, _)| r.norm_squared()),
-    )
+    Ok(Some(cost))
 }
 
 /// What is left at an estimate.
@@ -101,10 +86,6 @@ fn calibrated(batch: &Batch, state: &State) -> Vec<Camera> {
     batch.lenses.iter().zip(&state.calibrations).map(|(lens, b): (&Lens, _)| lens.calibrated(b)).collect()
 }
 
-fn unseen() -> Error {
-    Error::NoData("a camera does not see the target from where the start has it".into())
-}
-
 /// The view's normal equations with its slack eliminated, and the robust cost that is left then.
 ///
 /// With `e ~ N(0, F)` beside d: `min_e` of `1/2 (d+e)^T A (d+e) + ... + 1/2 e^T F^-1 e` gives, with `K = (A + F^-1)^-1`:
@@ -120,12 +101,11 @@ fn slackened(full: Normal, slack: [f64; 2]) -> (Normal, f64) {
         return (full, cost);
     };
     let ak = full.pose * gain;
-    let wide = |m: &Matrix6<f64>| DMatrix::from_column_slice(B, B, m.as_slice());
-    let coupling = &full.coupling - wide(&ak) * &full.coupling;
-    let calibration = &full.calibration - full.coupling.transpose() * wide(&gain) * &full.coupling;
+    let ck = full.coupling.transpose() * gain;
+    let coupling = full.coupling - ak * full.coupling;
+    let calibration = full.calibration - ck * full.coupling;
+    let calibration_gradient = full.calibration_gradient - ck * full.gradient;
     let kg = gain * full.gradient;
-    let calibration_gradient =
-        &full.calibration_gradient - full.coupling.transpose() * DVector::from_column_slice(kg.as_slice());
     let cost = full.cost - full.gradient.dot(&kg);
     let reduced = Normal {
         pose: full.pose - ak * full.pose,
@@ -141,24 +121,15 @@ fn slackened(full: Normal, slack: [f64; 2]) -> (Normal, f64) {
 /// d is `B (xi + Ad(T_R) mu - zeta)`.
 fn add_view(n: &Normal, state: &State, view: &BatchView, [places, lenses, mount]: [usize; 3], system: &mut System) {
     let (b, b_mount) = jacobians(&state.stops[view.stop], &state.mount);
-    let m = n.coupling.ncols();
     let parts = [(view.stop, b), (places + view.place, -b), (mount, b_mount)];
-    let padded = |rows: &DMatrix<f64>| {
-        let mut block = Matrix6::zeros();
-        block.view_mut((0, 0), rows.shape()).copy_from(rows);
-        block
-    };
-    let coupling = padded(&n.coupling);
     for (k, (i, j_i)) in parts.iter().enumerate() {
         system.add_diagonal(*i, &(j_i.transpose() * n.pose * j_i), &(j_i.transpose() * n.gradient));
         for (j, j_j) in &parts[k + 1..] {
             system.couple(*i, *j, &(j_i.transpose() * n.pose * j_j));
         }
-        system.couple(*i, lenses + view.lens, &(j_i.transpose() * coupling));
+        system.couple(*i, lenses + view.lens, &(j_i.transpose() * n.coupling));
     }
-    let mut gradient = Vector6::zeros();
-    gradient.rows_mut(0, m).copy_from(&n.calibration_gradient);
-    system.add_diagonal(lenses + view.lens, &padded(&n.calibration), &gradient);
+    system.add_diagonal(lenses + view.lens, &n.calibration, &n.calibration_gradient);
 }
 
 /// Odometry between two stops: residual and derivatives in both world-frame errors.

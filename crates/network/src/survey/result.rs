@@ -9,6 +9,9 @@ use groma_geometry::{LieGroup, Se2, Se3};
 use groma_models::Camera;
 use nalgebra::{DMatrix, Matrix6};
 
+/// A variance of the mount below this is that of a direction that was held.
+const HELD: f64 = 1e-13;
+
 /// What became of a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -71,6 +74,8 @@ pub struct NetworkMap {
     pub joint: Option<DMatrix<f64>>,
     /// Number of the halt, pose `T_W_R` and its covariance (position, rotation) at each stop that holds the map.
     pub stops: Vec<(usize, Se3, Matrix6<f64>)>,
+    /// Mean time of what was seen at each halt [s].
+    pub stamps: Vec<f64>,
     /// Odometry alone at each halt, from the first.
     pub odometry: Vec<Se2>,
     /// `T_R_B`: what is left to add to the target file, and the covariance of mu.
@@ -130,8 +135,9 @@ pub(super) fn assemble(
                 (halt, *pose, turn * covariance * turn.transpose())
             })
             .collect(),
+        stamps: halts.iter().map(|halt| halt.stamp).collect(),
         odometry: halts.iter().map(|halt| halts[0].pose.between(&halt.pose)).collect(),
-        mount: (state.mount, solution.spread.mount),
+        mount: (state.mount, solution.spread.mount.map(|v| if v.abs() < HELD { 0.0 } else { v })),
         judged: filtered.judged.clone(),
         used: views,
         slip: slip(&filtered.moved, s.cameras.len()),

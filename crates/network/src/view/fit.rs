@@ -12,10 +12,13 @@ use super::Corner;
 use groma_estimation::Loss;
 use groma_geometry::{LieGroup, Se3};
 use groma_models::Camera;
-use nalgebra::{DMatrix, Matrix3x6, Matrix6, Vector6};
+use groma_models::camera::MAX_PARAMETERS;
+use nalgebra::{DMatrix, Matrix3x6, Matrix6, SMatrix, Vector3, Vector6};
 
 /// Corners further off than this, in standard deviations, weigh less.
 const LOSS: Loss = Loss::Huber(3.0);
+/// Most calibration states of a camera.
+const MOST: usize = 6;
 const ITERATIONS: usize = 50;
 /// A step that promises less than this is the last [chi-square].
 const ENOUGH: f64 = 1e-9;
@@ -41,55 +44,69 @@ pub struct Fit {
 pub struct Normal {
     /// A.
     pub pose: Matrix6<f64>,
-    /// C, 6 x m.
-    pub coupling: DMatrix<f64>,
-    /// D, m x m.
-    pub calibration: DMatrix<f64>,
+    /// C, its first m columns.
+    pub coupling: Matrix6<f64>,
+    /// D, its first m rows and columns.
+    pub calibration: Matrix6<f64>,
     /// g.
     pub gradient: Vector6<f64>,
-    /// q.
-    pub calibration_gradient: nalgebra::DVector<f64>,
+    /// q, its first m.
+    pub calibration_gradient: Vector6<f64>,
     /// Robust cost.
     pub cost: f64,
     /// Sum of squares.
     pub chi_square: f64,
 }
 
+/// E with rows and columns of zeros behind its own; nothing for no calibration state.
+fn padded(basis: &DMatrix<f64>) -> Option<SMatrix<f64, MAX_PARAMETERS, MOST>> {
+    let (rows, columns) = (basis.nrows().min(MAX_PARAMETERS), basis.ncols().min(MOST));
+    let mut padded = SMatrix::<f64, MAX_PARAMETERS, MOST>::zeros();
+    padded.view_mut((0, 0), (rows, columns)).copy_from(&basis.view((0, 0), (rows, columns)));
+    (columns > 0).then_some(padded)
+}
+
 /// The normal equations at a pose; nothing when the camera cannot see a corner from there.
 #[must_use]
 pub fn normal(camera: &Camera, basis: &DMatrix<f64>, corners: &[Corner], pose: &Se3) -> Option<Normal> {
-    let m = basis.ncols();
-    let r = pose.rotation.matrix();
+    let basis = padded(basis);
     let mut sum = Normal {
         pose: Matrix6::zeros(),
-        coupling: DMatrix::zeros(6, m),
-        calibration: DMatrix::zeros(m, m),
+        coupling: Matrix6::zeros(),
+        calibration: Matrix6::zeros(),
         gradient: Vector6::zeros(),
-        calibration_gradient: nalgebra::DVector::zeros(m),
+        calibration_gradient: Vector6::zeros(),
         cost: 0.0,
         chi_square: 0.0,
     };
     for corner in corners {
         let seen = camera.project_with_jacobians(&pose.act(&corner.point))?;
-        let mut by_twist = Matrix3x6::zeros();
-        by_twist.fixed_view_mut::<3, 3>(0, 0).copy_from(&r);
-        by_twist.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r * corner.point.cross_matrix()));
         let residual = (seen.pixel - corner.pixel) / corner.sigma;
-        let j = seen.by_point * by_twist / corner.sigma;
+        let j = seen.by_point * by_twist(pose, &corner.point) / corner.sigma;
         let square = residual.norm_squared();
         let weight = LOSS.weight(square);
         sum.pose += j.transpose() * j * weight;
         sum.gradient += j.transpose() * residual * weight;
         sum.cost += LOSS.rho(square);
         sum.chi_square += square;
-        if m > 0 {
-            let j_b = seen.by_parameters.columns(0, basis.nrows()) * basis / corner.sigma;
-            sum.coupling += j.transpose() * &j_b * weight;
-            sum.calibration += j_b.transpose() * &j_b * weight;
+        if let Some(basis) = &basis {
+            let j_b = seen.by_parameters * basis / corner.sigma;
+            sum.coupling += j.transpose() * j_b * weight;
+            sum.calibration += j_b.transpose() * j_b * weight;
             sum.calibration_gradient += j_b.transpose() * residual * weight;
         }
     }
     sum.cost.is_finite().then_some(sum)
+}
+
+/// `dp_C/dd = R [I, -[p]_x]` of a point p on the target.
+#[must_use]
+pub fn by_twist(pose: &Se3, point: &Vector3<f64>) -> Matrix3x6<f64> {
+    let r = pose.rotation.matrix();
+    let mut derivative = Matrix3x6::zeros();
+    derivative.fixed_view_mut::<3, 3>(0, 0).copy_from(&r);
+    derivative.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r * point.cross_matrix()));
+    derivative
 }
 
 /// The best pose near `start`; nothing when it is not determined or not reached.
@@ -115,6 +132,7 @@ pub fn fit(camera: &Camera, basis: &DMatrix<f64>, corners: &[Corner], start: &Se
     }
     let at = normal(camera, basis, corners, &pose)?;
     let covariance = at.pose.cholesky()?.inverse();
-    let sensitivity = DMatrix::from_column_slice(6, 6, covariance.as_slice()) * &at.coupling;
+    let sensitivity = covariance * at.coupling;
+    let sensitivity = DMatrix::from_fn(6, basis.ncols(), |i, j| sensitivity[(i, j)]);
     Some(Fit { pose, covariance, sensitivity, cost: at.cost, corners: corners.len() })
 }

@@ -5,7 +5,7 @@ pub mod fit;
 pub mod start;
 
 pub use corners::{Corner, average};
-pub use fit::{Fit, Normal, fit, normal};
+pub use fit::{Fit, Normal, by_twist, fit, normal};
 
 use crate::View;
 use groma_geometry::{LieGroup, Se3};

@@ -1,7 +1,7 @@
 //! Networks that have a name.
 //!
 //! Cameras look along the corridor from 2.2 m, 640 x 480 pixels, f 600; the robot carries four panels of 6 x 6 tags, 0.6 m
-//! wide, one to each side. In the view of each camera it stops and turns through six headings.
+//! wide, one to each side. In the view of each camera it stops and turns to six headings.
 
 use super::{NetworkNoise, NetworkScene, SceneCamera, WalkNoise};
 use crate::error::SimulationError;
@@ -14,8 +14,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Names of the scenes.
 pub const NETWORK_SCENES: [&str; 4] = ["corridor", "loop", "laps", "hallway"];
 
-/// Headings in the view of a camera.
-const HEADINGS: usize = 6;
+/// Headings in the view of a camera, against the course of the way [degrees].
+const HEADINGS: [f64; 6] = [0.0, 20.0, 40.0, -40.0, -20.0, -5.0];
 /// How far before the camera the robot stops [m].
 const AHEAD: f64 = 3.0;
 /// Height of the cameras [m].
@@ -25,10 +25,10 @@ const DOWN: f64 = 0.43;
 
 pub(super) fn named(name: &str, seed: u64) -> Result<NetworkScene, SimulationError> {
     match name {
-        "corridor" => scene(seed, &corridor(50.0, 7), 1),
-        "loop" => scene(seed, &rectangle(15.0, 10.0, 8), 1),
-        "laps" => scene(seed, &rectangle(15.0, 10.0, 8), 3),
-        "hallway" => scene(seed, &rectangle(16.0, 9.0, 7), 2),
+        "corridor" => scene(seed, &corridor(50.0, 7), [1, 0]),
+        "loop" => scene(seed, &rectangle(15.0, 10.0, 8), [1, 0]),
+        "laps" => scene(seed, &rectangle(15.0, 10.0, 8), [3, 0]),
+        "hallway" => hallway(seed),
         _ => Err(SimulationError::UnknownNetwork(name.to_owned())),
     }
 }
@@ -62,21 +62,33 @@ fn rectangle(width: f64, height: f64, cameras: usize) -> Way {
     Way { points, closed: true }
 }
 
-fn scene(seed: u64, way: &Way, laps: usize) -> Result<NetworkScene, SimulationError> {
+/// Seven laps, as long in all as the thesis's (about 350 m), with better wheels than usual: odometry ends off by about
+/// a metre.
+fn hallway(seed: u64) -> Result<NetworkScene, SimulationError> {
+    let mut scene = scene(seed, &rectangle(16.0, 9.0, 7), [1, 6])?;
+    let walk = &mut scene.noise.odometry;
+    for strength in [&mut walk.along, &mut walk.across, &mut walk.heading, &mut walk.turning] {
+        *strength *= 0.4;
+    }
+    Ok(scene)
+}
+
+/// So many laps with all headings, and so many with two.
+fn scene(seed: u64, way: &Way, laps: [usize; 2]) -> Result<NetworkScene, SimulationError> {
     let mut cameras = vec![];
     for (place, course, _) in way.points.iter().filter(|point| point.2) {
         cameras.push(camera(cameras.len(), place, *course)?);
     }
     let mut stops = vec![];
-    for _ in 0..laps {
+    for lap in 0..laps[0] + laps[1] {
         for (place, course, seen) in &way.points {
-            let headings = if *seen { HEADINGS } else { 1 };
-            let heading = |k: usize| wrap(course + 2.0 * PI * k as f64 / headings as f64);
-            stops.extend((0..headings).map(|k| [place.x, place.y, heading(k)]));
+            let count = if lap < laps[0] { HEADINGS.len() } else { 2 };
+            let headings = if *seen { &HEADINGS[..count] } else { &HEADINGS[..1] };
+            stops.extend(headings.iter().map(|off| [place.x, place.y, wrap(course + off.to_radians())]));
         }
     }
     if way.closed {
-        let again = stops[..HEADINGS].to_vec();
+        let again = stops[..HEADINGS.len()].to_vec();
         stops.extend(again);
     }
     Ok(NetworkScene {
