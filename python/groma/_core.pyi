@@ -282,6 +282,7 @@ def network_scene(name: str, seed: int) -> str: ...
 def simulate_network(scene: str) -> dict[str, Any]: ...
 def place_by_poses(
     camera: str,
+    covariance: NDArray[np.float64],
     target: str,
     robots: NDArray[np.float64],
     heads: NDArray[np.int64],

@@ -267,10 +267,13 @@ class Placed:
     """(7,) ``T_world_camera``."""
     mount: Array
     """(7,) ``T_base_target``."""
+    intrinsics: Camera
+    """Those of the camera, changed as far as its covariance allows."""
     rms: float
-    """Of the corners [pixel]."""
+    """Of the corners' coordinates [pixel]."""
     covariance: Array
-    """(12, 12) of the errors of camera and mount on the left, over the directions that are held."""
+    """(12, 12) of the errors of camera and mount on the left, over the directions that are held, for corners with a
+    standard deviation of one pixel."""
     planar: bool
     """Whether the robot moved in the plane: then the height of the target is the one given."""
     weak: tuple[str, ...]
@@ -278,14 +281,14 @@ class Placed:
 
 
 def place_by_poses(
-    camera: Camera, target: Target, poses: Array, detections: Sequence[Sequence[Detection]], height: float = 0.0
+    known: KnownCamera, target: Target, poses: Array, detections: Sequence[Sequence[Detection]], height: float = 0.0
 ) -> Placed:
     """Find a fixed camera and the place of a target on a robot (robot-world / hand-eye).
 
     Parameters
     ----------
-    camera
-        Its intrinsics.
+    known
+        The camera; its parameters are estimated too as far as their covariance allows, not at all without one.
     target
         The panels in a frame of the target, whose place on the robot is not known.
     poses
@@ -304,17 +307,20 @@ def place_by_poses(
     all_ = [(k, detection) for k, group in enumerate(detections) for detection in group]
     heads = np.array([[k, names.index(d.panel), len(d.corners)] for k, d in all_], dtype=np.int64).reshape(-1, 3)
     ids = np.concatenate([np.empty(0, np.int64), *(d.corners for _, d in all_)])
-    pixels = np.concatenate([np.empty((0, 2)), *(d.pixels for _, d in all_)])
+    pixels = np.concatenate([np.empty((0, 2)), *(np.reshape(d.pixels, (-1, 2)) for _, d in all_)])
     rows = np.asarray(poses, dtype=np.float64).reshape(-1, 7)
+    exact = np.zeros((len(known.camera.parameters),) * 2)
+    spread = exact if known.covariance is None else known.covariance
     try:
-        found = _core.place_by_poses(camera.json(), target.json(), rows, heads, ids, pixels, 1.0, height)
+        found = _core.place_by_poses(known.camera.json(), spread, target.json(), rows, heads, ids, pixels, 1.0, height)
     except RuntimeError as error:
         raise EstimationError(str(error)) from error
     return Placed(
         camera=found["camera"][0],
         mount=found["mount"][0],
+        intrinsics=msgspec.json.decode(found["intrinsics"], type=Camera),
         rms=found["rms"],
-        covariance=found["covariance"],
+        covariance=found["covariance"][:12, :12],
         planar=found["planar"],
         weak=tuple(found["weak"]),
     )

@@ -19,11 +19,11 @@
 //! given. A robot that never turns tells nothing of the mount.
 
 use crate::Error;
+use crate::batch::Lens;
 use crate::measurement::jacobians;
 use crate::view::{Corner, Sighting, by_twist};
 use groma_estimation::least_squares::{Fit, Options, minimize};
 use groma_geometry::{LieGroup, Se3, So3};
-use groma_models::Camera;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6, wrap};
 
 /// Turns about axes that spread less than this are all about one axis [rad].
@@ -105,7 +105,15 @@ fn translations(robots: &[Se3], views: &[Se3], camera: &So3) -> (Vector3<f64>, V
     (Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5]))
 }
 
+/// Motion in the plane, of a robot that may be tilted, always in the same way.
 fn planar(robots: &[Se3], views: &[Se3], height: f64) -> Result<HandEye, Error> {
+    let level = Se3 { rotation: robots[0].rotation.inverse(), ..Se3::identity() };
+    let upright: Vec<Se3> = robots.iter().map(|robot| *robot * level).collect();
+    let found = planar_upright(&upright, views, height)?;
+    Ok(HandEye { mount: level * found.mount, ..found })
+}
+
+fn planar_upright(robots: &[Se3], views: &[Se3], height: f64) -> Result<HandEye, Error> {
     let yaw = |robot: &Se3| {
         let r = robot.rotation.matrix();
         r[(1, 0)].atan2(r[(0, 0)])
@@ -183,46 +191,50 @@ fn no_rotation() -> Error {
     Error::NoData("the poses are no poses".into())
 }
 
-/// The least squares fit over all corners: twelve unknowns, the world-frame errors of camera and mount. Directions that
-/// the corners do not hold stay at the start and are in `weak`; say them with [`in_words`].
+/// Camera, mount and calibration states.
+pub type Estimate = (Se3, Se3, DVector<f64>);
+
+/// The least squares fit over all corners: the world-frame errors of camera and mount, six each, and the lens' calibration
+/// states with their prior. Directions that nothing holds stay at the start and are in `weak`; say them with
+/// [`in_words`].
 ///
 /// # Errors
 /// When the camera does not see a corner from the start.
-pub fn refine(
-    camera: &Camera,
-    robots: &[Se3],
-    corners: &[Vec<Corner>],
-    start: &HandEye,
-) -> Result<Fit<(Se3, Se3)>, Error> {
-    let moved = |(c, m): &(Se3, Se3), d: &DVector<f64>| {
+pub fn refine(lens: &Lens, robots: &[Se3], corners: &[Vec<Corner>], start: &HandEye) -> Result<Fit<Estimate>, Error> {
+    let moved = |(c, m, b): &Estimate, d: &DVector<f64>| {
         let part = |k: usize| Se3::exp(&Vector6::from_column_slice(&d.as_slice()[k..k + 6]));
-        (part(0) * *c, part(6) * *m)
+        (part(0) * *c, part(6) * *m, b + d.rows(12, b.len()))
     };
-    let model = |(c, m): &(Se3, Se3)| residuals(camera, robots, corners, c, m);
-    Ok(minimize((start.camera, start.mount), moved, model, &Options::default())?)
+    let model = |at: &Estimate| residuals(lens, robots, corners, at);
+    let start = (start.camera, start.mount, DVector::zeros(lens.basis.ncols()));
+    Ok(minimize(start, moved, model, &Options::default())?)
 }
 
-/// Whitened residuals and their derivatives.
+/// Whitened residuals, those of the prior last, and their derivatives.
 fn residuals(
-    camera: &Camera,
+    lens: &Lens,
     robots: &[Se3],
     corners: &[Vec<Corner>],
-    c: &Se3,
-    m: &Se3,
+    (c, m, b): &Estimate,
 ) -> (DVector<f64>, DMatrix<f64>) {
-    let count: usize = corners.iter().map(Vec::len).sum();
-    let (mut r, mut j) = (DVector::from_element(2 * count, f64::INFINITY), DMatrix::zeros(2 * count, 12));
+    let (count, states) = (corners.iter().map(Vec::len).sum::<usize>(), b.len());
+    let camera = lens.calibrated(b);
+    let mut r = DVector::from_element(2 * count + states, f64::INFINITY);
+    let mut j = DMatrix::zeros(2 * count + states, 12 + states);
+    r.rows_mut(2 * count, states).copy_from(b);
+    j.view_mut((2 * count, 12), (states, states)).fill_with_identity();
     let mut row = 0;
     for (robot, seen) in robots.iter().zip(corners) {
         let pose = c.between(&(*robot * *m));
-        let (b, b_mount) = jacobians(robot, m);
+        let (by_robot, by_mount) = jacobians(robot, m);
         for corner in seen {
             if let Some(image) = camera.project_with_jacobians(&pose.act(&corner.point)) {
-                let by_twist = by_twist(&pose, &corner.point);
-                let j_d = image.by_point * by_twist / corner.sigma;
+                let j_d = image.by_point * by_twist(&pose, &corner.point) / corner.sigma;
+                let j_b = image.by_parameters.columns(0, lens.basis.nrows()) * &lens.basis / corner.sigma;
                 r.fixed_rows_mut::<2>(row).copy_from(&((image.pixel - corner.pixel) / corner.sigma));
-                j.fixed_view_mut::<2, 6>(row, 0).copy_from(&(-(j_d * b)));
-                j.fixed_view_mut::<2, 6>(row, 6).copy_from(&(j_d * b_mount));
+                j.fixed_view_mut::<2, 6>(row, 0).copy_from(&(-(j_d * by_robot)));
+                j.fixed_view_mut::<2, 6>(row, 6).copy_from(&(j_d * by_mount));
+                j.view_mut((row, 12), (2, states)).copy_from(&j_b);
             }
             row += 2;
         }
@@ -233,9 +245,10 @@ fn residuals(
 /// A weak direction of [`refine`] in words.
 #[must_use]
 pub fn in_words(direction: &DVector<f64>) -> String {
-    let (camera_z, mount_z) = (direction[2], direction[8]);
-    let rest = (0..12).filter(|k| *k != 2 && *k != 8).map(|k| direction[k].abs()).fold(0.0, f64::max);
-    if rest < NAMED * camera_z.abs() && (camera_z - mount_z).abs() < NAMED * camera_z.abs() {
+    // The target rises along the robot's vertical, whatever its axes are.
+    let (camera_z, mount) = (direction[2].abs(), direction.rows(6, 3).norm());
+    let rest = [0, 1, 3, 4, 5, 9, 10, 11].map(|k: usize| direction[k].abs()).iter().fold(0.0, |a: f64, b| a.max(*b));
+    if rest < NAMED * camera_z && (camera_z - mount).abs() < NAMED * camera_z {
         return "the height of the target on the robot is unobservable: raising target and camera together changes \
                 nothing, for the robot moves in the plane; measure it"
             .to_owned();
@@ -249,8 +262,10 @@ pub fn in_words(direction: &DVector<f64>) -> String {
 
 /// Root mean square residual over coordinates [standard deviations].
 #[must_use]
-pub fn rms(fit: &Fit<(Se3, Se3)>) -> f64 {
-    (fit.chi_square / fit.residuals.len().max(1) as f64).sqrt()
+pub fn rms(fit: &Fit<Estimate>) -> f64 {
+    let states = fit.estimate.2.len();
+    let corners = fit.residuals.rows(0, fit.residuals.len() - states);
+    (corners.norm_squared() / corners.len().max(1) as f64).sqrt()
 }
 
 /// Closed form and fit in one: each view's pose from its corners, then [`closed_form`], then [`refine`]. Also whether the
@@ -259,17 +274,16 @@ pub fn rms(fit: &Fit<(Se3, Se3)>) -> f64 {
 /// # Errors
 /// As those two, and when a view's pose cannot be found.
 pub fn place(
-    camera: &Camera,
+    lens: &Lens,
     robots: &[Se3],
     corners: &[Vec<Corner>],
     height: f64,
-) -> Result<(Fit<(Se3, Se3)>, bool), Error> {
-    let none = DMatrix::zeros(camera.count(), 0);
-    let sighting = |k: usize| Some((k, Sighting::new(camera, &none, &corners[k])?.fits[0].pose));
+) -> Result<(Fit<Estimate>, bool), Error> {
+    let sighting = |k: usize| Some((k, Sighting::new(&lens.camera, &lens.basis, &corners[k])?.fits[0].pose));
     let seen: Vec<(usize, Se3)> = (0..corners.len().min(robots.len())).filter_map(sighting).collect();
     let chosen: Vec<Se3> = seen.iter().map(|(k, _)| robots[*k]).collect();
     let views: Vec<Se3> = seen.iter().map(|(_, pose)| *pose).collect();
     let start = closed_form(&chosen, &views, height)?;
     let used: Vec<Vec<Corner>> = seen.iter().map(|(k, _)| corners[*k].clone()).collect();
-    Ok((refine(camera, &chosen, &used, &start)?, start.planar))
+    Ok((refine(lens, &chosen, &used, &start)?, start.planar))
 }

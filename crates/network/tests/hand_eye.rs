@@ -2,7 +2,8 @@
 
 use groma_geometry::{LieGroup, Se3};
 use groma_models::target::TagGrid;
-use groma_models::{Camera, Lens, Pattern};
+use groma_models::{Camera, Lens as Model, Pattern};
+use groma_network::batch::Lens;
 use groma_network::hand_eye::{closed_form, in_words, place};
 use groma_network::view::Corner;
 use nalgebra::{Vector2, Vector3, Vector6};
@@ -63,8 +64,8 @@ fn motion_in_the_plane_gives_all_but_the_height() {
 }
 
 /// Corners of a grid of 6 x 6 tags with a disturbance that repeats.
-fn corners(robots: &[Se3], noise: f64) -> (Camera, Vec<Vec<Corner>>) {
-    let lens = Camera::centred(1280, 960, Lens::Pinhole, 1000.0).unwrap();
+fn corners(robots: &[Se3], noise: f64) -> (Lens, Vec<Vec<Corner>>) {
+    let lens = Camera::centred(1280, 960, Model::Pinhole, 1000.0).unwrap();
     let grid =
         TagGrid { family: "tag36h11".into(), columns: 6, rows: 6, size: 0.08, spacing: 0.3, first_id: 0, border: 2 };
     let points = Pattern::TagGrid(grid).corners();
@@ -80,7 +81,7 @@ fn corners(robots: &[Se3], noise: f64) -> (Camera, Vec<Vec<Corner>>) {
         points.iter().enumerate().map(corner).collect()
     };
     let all = robots.iter().map(seen).collect();
-    (lens, all)
+    (Lens { basis: nalgebra::DMatrix::zeros(lens.count(), 0), camera: lens }, all)
 }
 
 #[test]

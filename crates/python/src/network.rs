@@ -4,7 +4,7 @@ use crate::camera::{invalid, parse};
 use groma_geometry::{Se2, Se3, So3};
 use groma_models::{Camera, Target};
 use groma_network::hand_eye;
-use groma_network::survey::{Detection, KnownCamera, NetworkMap, Verdict};
+use groma_network::survey::{Detection, KnownCamera, NetworkMap, Verdict, lens};
 use groma_network::view::{Corner, average};
 use groma_network::{Options, Survey};
 use groma_simulation::network::{NETWORK_SCENES, NetworkRecording, NetworkScene, simulate};
@@ -172,7 +172,7 @@ fn views(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResult<
     out.set_item("view_chi", rows(py, map.residuals.views.iter().map(|v| [v.0, v.1 as f64])))
 }
 
-/// Camera and mount from known poses of the robot: `(camera, mount, rms [sigma], covariance, planar, weak in words)`.
+/// Camera, mount and intrinsics from known poses of the robot.
 ///
 /// `heads` are rows of pose, panel and number of corners.
 #[pyfunction]
@@ -180,6 +180,7 @@ fn views(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResult<
 fn place_by_poses<'py>(
     py: Python<'py>,
     camera: &str,
+    covariance: PyReadonlyArray2<'py, f64>,
     target: &str,
     robots: PyReadonlyArray2<'py, f64>,
     heads: PyReadonlyArray2<'py, i64>,
@@ -189,13 +190,16 @@ fn place_by_poses<'py>(
     height: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (camera, target): (Camera, Target) = (parse(camera)?, parse(target)?);
+    let known = KnownCamera { name: String::new(), camera, covariance: Some(matrix(&covariance)) };
+    let lens = lens(&known, &Options { calibration_states: 6, ..Options::default() });
     let robots: Vec<Se3> = robots.as_array().outer_iter().map(|r| pose(&r.to_vec())).collect();
     let corners = corners(&target, robots.len(), &heads, &ids, &pixels, sigma)?;
     let failed = |e: groma_network::Error| PyRuntimeError::new_err(e.to_string());
-    let (fit, planar) = py.detach(|| hand_eye::place(&camera, &robots, &corners, height)).map_err(failed)?;
+    let (fit, planar) = py.detach(|| hand_eye::place(&lens, &robots, &corners, height)).map_err(failed)?;
     let out = PyDict::new(py);
     out.set_item("camera", poses(py, std::iter::once(&fit.estimate.0)))?;
     out.set_item("mount", poses(py, std::iter::once(&fit.estimate.1)))?;
+    out.set_item("intrinsics", serde_json::to_string(&lens.calibrated(&fit.estimate.2)).map_err(invalid)?)?;
     out.set_item("rms", hand_eye::rms(&fit))?;
     out.set_item("covariance", dense(&fit.covariance).into_pyarray(py))?;
     out.set_item("planar", planar)?;

@@ -15,7 +15,9 @@ const GRID: u32 = 7;
 /// Components below this share of the first are left out.
 const LEAST: f64 = 1e-6;
 
-pub(super) fn lens(known: &KnownCamera, options: &Options) -> Lens {
+/// The lens of a camera with as many calibration states as the settings allow.
+#[must_use]
+pub fn lens(known: &KnownCamera, options: &Options) -> Lens {
     let camera = known.camera.clone();
     let covariance = known.covariance.clone().unwrap_or_else(|| focal_only(&camera, options.focal));
     Lens { basis: basis(&camera, &covariance, options.calibration_states), camera }

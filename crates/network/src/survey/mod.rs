@@ -15,6 +15,7 @@ pub mod result;
 mod stops;
 
 pub use alarm::{Moved, Slip};
+pub use lens::lens;
 pub use result::{CameraResult, Judged, NetworkMap, Verdict};
 pub use stops::{Halt, Seen};
 
@@ -108,7 +109,7 @@ impl Survey {
     /// [`Error::Setting`]; [`Error::NoData`] when no camera saw the target while the odometry ran; what the batch says.
     pub fn finish(&self, options: &Options) -> Result<NetworkMap, Error> {
         options.check()?;
-        let lenses: Vec<Lens> = self.cameras.iter().map(|known| lens::lens(known, options)).collect();
+        let lenses: Vec<Lens> = self.cameras.iter().map(|known| lens(known, options)).collect();
         let halts = stops::halts(self, options)?;
         let filtered = filtering::run(self, &lenses, &halts, options)?;
         let refined = refine::run(&lenses, &halts, &filtered, options)?;

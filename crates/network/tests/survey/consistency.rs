@@ -43,6 +43,15 @@ fn a_loop_with_unknown_focal_lengths_and_mount_is_consistent() {
     holds(many("loop", 4, everything, true_settings), 0.6, 1.5);
 }
 
+/// Every camera of the hallway to 0.10 m and 1 degree, seven laps.
+#[test]
+#[ignore = "statistics that take minutes"]
+fn ten_hallways() {
+    let score = many("hallway", 10, as_it_is, true_settings);
+    holds(score, 0.7, 1.4);
+    assert!(score.worst.0 <= 0.10 && score.worst.1.to_degrees() <= 1.0, "{score:?}");
+}
+
 #[test]
 #[ignore = "statistics that take minutes"]
 fn forty_corridors() {
