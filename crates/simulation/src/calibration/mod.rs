@@ -208,7 +208,8 @@ fn floor(scenario: &CalibrationScenario) -> Floor {
     Floor { half }
 }
 
-/// The true path and the true sums of the readings: counters and steering at every step.
+/// The true path and the true readings at the ends of its steps: sums of the counters, and the steering angle, there the
+/// mean of the steps before and after.
 fn driven(scenario: &CalibrationScenario, start: Se2, demands: &[Demand]) -> (Drive, Vec<[f64; 2]>) {
     let mut random = Random::new(scenario.seed, Purpose::Wheels);
     let mut disturbance = Disturbance::new(scenario.noise, &mut random);
@@ -221,7 +222,8 @@ fn driven(scenario: &CalibrationScenario, start: Se2, demands: &[Demand]) -> (Dr
         let [v, w] = drivetrain.twist(rates, slip, error);
         drive.advance(v, w);
         let last = sums[k];
-        let second = if drivetrain.steers() { rates[1] } else { last[1] + rates[1] * STEP };
+        let next = drivetrain.readings(demands[(k + 1).min(demands.len() - 1)]);
+        let second = if drivetrain.steers() { (rates[1] + next[1]) / 2.0 } else { last[1] + rates[1] * STEP };
         sums.push([last[0] + rates[0] * STEP, second]);
     }
     (drive, sums)
