@@ -24,6 +24,9 @@ pub enum SimulationError {
     /// A camera or a target of the scene makes no sense.
     #[error("{0}")]
     Scene(String),
+    /// Nobody has drawn what is printed on a panel.
+    #[error("{0} cannot be rendered: use a grid of tags or a chessboard")]
+    NoDrawing(&'static str),
     /// The route has no leg.
     #[error("the route leads nowhere")]
     EmptyRoute,

@@ -9,6 +9,7 @@ pub mod drive;
 pub mod error;
 pub mod network;
 pub mod random;
+pub mod render;
 pub mod scanner;
 pub mod scenario;
 pub mod scenes;
@@ -17,6 +18,7 @@ pub mod world;
 
 pub use calibration::{CalibrationDrive, CalibrationScenario, simulate_calibration};
 pub use error::SimulationError;
+pub use render::render;
 pub use scanner::Scanner;
 pub use scenario::Scenario;
 pub use simulate::{Simulated, simulate};

@@ -28,6 +28,8 @@ pub enum Purpose {
     Corners,
     /// Where a driver goes.
     Driver,
+    /// Noise of pixels.
+    Pixels,
 }
 
 /// Random numbers for one purpose.

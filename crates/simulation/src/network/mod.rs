@@ -9,6 +9,7 @@
 //! corners have normal noise. Panels hide nothing but what looks away from the camera; nothing else stands in the way.
 
 pub mod drive;
+pub mod images;
 pub mod scenes;
 pub mod view;
 

@@ -1,0 +1,182 @@
+//! Where two edges cross, from the grey values around: a fit of four blurred quadrants.
+//!
+//! Near a corner q the image is four flat quadrants between two straight edges with normals n_1, n_2, blurred:
+//!
+//! ```text
+//! I(x) = a + b E(u) + c E(v) + d E(u) E(v),   u = n_1 . (x - q) / s,   v = n_2 . (x - q) / s,   E(t) = erf(t/sqrt 2)
+//! ```
+//!
+//! which holds corners of a chessboard (b = c = 0), of a lone square (b = c = d) and any between. The nine unknowns
+//! (q, the angles of the normals, ln s, a..d) are fitted by Levenberg-Marquardt to the pixels of a disc. The standard
+//! deviation is that of the fit, with the residuals' variance: noise and misfit together. The spread s [pixel] is a
+//! measure of blur.
+//!
+//! Assumes edges straight within the disc and blur alike in all directions. Where edges cross aslant, the product is not
+//! quite the blurred corner; for a chessboard this moves nothing, for it is the same seen from both sides. It does not
+//! search: the guess must lie well within the disc.
+
+use crate::image::Gray;
+use crate::special::edge;
+use nalgebra::{SMatrix, SVector, Vector2};
+
+/// Least radius of the disc [pixel]: below, the unknowns outnumber what a blurred edge tells.
+pub const LEAST_RADIUS: f64 = 2.5;
+/// Largest radius of the disc [pixel]: beyond, the lens bends edges more than noise averages out.
+pub const LARGEST_RADIUS: f64 = 6.0;
+/// Standard deviation claimed at the least [pixel]: what lenses and prints leave however good the image is.
+const LEAST_SIGMA: f64 = 0.02;
+/// Standard deviation above which a fit is no better than the guess [pixel].
+const USELESS_SIGMA: f64 = 0.3;
+/// Share of the radius by which a corner may move from its guess.
+const FARTHEST_MOVE: f64 = 0.5;
+/// Sine of the least angle between edges.
+const LEAST_SINE: f64 = 0.3;
+/// Variance that rounding adds to a grey value.
+const ROUNDING: f64 = 1.0 / 12.0;
+const MOST_STEPS: usize = 30;
+const UNKNOWNS: usize = 9;
+
+type Unknowns = SVector<f64, UNKNOWNS>;
+
+/// Where a corner may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guess {
+    /// The place [pixel].
+    pub pixel: Vector2<f64>,
+    /// Direction of one edge.
+    pub first: Vector2<f64>,
+    /// Direction of the other.
+    pub second: Vector2<f64>,
+    /// How far around nothing else is to be seen [pixel].
+    pub room: f64,
+}
+
+/// Where a corner is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// The place [pixel].
+    pub pixel: Vector2<f64>,
+    /// Standard deviation of a coordinate [pixel].
+    pub sigma: f64,
+    /// Spread of the edges [pixel].
+    pub blur: f64,
+}
+
+/// A pixel of the disc: offset from the guess, grey value.
+struct Sample {
+    offset: Vector2<f64>,
+    grey: f64,
+}
+
+/// The corner near a guess; nothing when there is no room, no corner, or none where it was guessed.
+#[must_use]
+pub fn refine(image: &Gray<'_>, guess: &Guess) -> Option<Corner> {
+    let radius = guess.room.min(LARGEST_RADIUS);
+    if radius.is_nan() || radius < LEAST_RADIUS {
+        return None;
+    }
+    let samples = disc(image, &guess.pixel, radius)?;
+    let mut unknowns = start(guess, &samples)?;
+    let (information, error) = descend(&samples, &mut unknowns)?;
+    let variance = error / (samples.len() - UNKNOWNS) as f64 + ROUNDING;
+    let covariance = information.try_inverse()? * variance;
+    let sigma = (0.5 * (covariance[(0, 0)] + covariance[(1, 1)])).sqrt().max(LEAST_SIGMA);
+    let (moved, blur) = (Vector2::new(unknowns[0], unknowns[1]), unknowns[4].exp());
+    let crosses = (unknowns[2] - unknowns[3]).sin().abs() > LEAST_SINE;
+    let good = crosses && sigma < USELESS_SIGMA && moved.norm() < FARTHEST_MOVE * radius && blur < radius;
+    good.then_some(Corner { pixel: guess.pixel + moved, sigma, blur })
+}
+
+/// The pixels within a radius; nothing when the disc leaves the image.
+fn disc(image: &Gray<'_>, centre: &Vector2<f64>, radius: f64) -> Option<Vec<Sample>> {
+    if image.inset(centre.x, centre.y) < radius + 0.5 {
+        return None;
+    }
+    let range = |c: f64| ((c - radius).ceil() as i64)..=((c + radius).floor() as i64);
+    let at = |x: i64, y: i64| {
+        let offset = Vector2::new(x as f64, y as f64) - centre;
+        let grey = image.at(x, y)?;
+        (offset.norm_squared() <= radius * radius).then_some(Sample { offset, grey })
+    };
+    let samples: Vec<_> = range(centre.y).flat_map(|y| range(centre.x).filter_map(move |x| at(x, y))).collect();
+    (samples.len() > 2 * UNKNOWNS).then_some(samples)
+}
+
+/// The edges as guessed, a spread of a pixel, and the quadrants that fit best to them.
+fn start(guess: &Guess, samples: &[Sample]) -> Option<Unknowns> {
+    let normal = |along: Vector2<f64>| along.x.atan2(-along.y);
+    let mut unknowns = Unknowns::zeros();
+    (unknowns[2], unknowns[3]) = (normal(guess.first), normal(guess.second));
+    let (mut normals, mut right) = (SMatrix::<f64, 4, 4>::zeros(), SVector::<f64, 4>::zeros());
+    for sample in samples {
+        let by_greys = model(&unknowns, &sample.offset).1.fixed_rows::<4>(5).into_owned();
+        normals += by_greys * by_greys.transpose();
+        right += by_greys * sample.grey;
+    }
+    let greys = normals.cholesky()?.solve(&right);
+    unknowns.fixed_rows_mut::<4>(5).copy_from(&greys);
+    unknowns.iter().all(|v| v.is_finite()).then_some(unknowns)
+}
+
+/// I and its derivatives at an offset from the guess.
+fn model(unknowns: &Unknowns, offset: &Vector2<f64>) -> (f64, Unknowns) {
+    let (q, [b, c, d]) = (unknowns.fixed_rows::<2>(0), [unknowns[6], unknowns[7], unknowns[8]]);
+    let (from, scale) = (offset - q, (-unknowns[4]).exp());
+    let ((sine_1, cosine_1), (sine_2, cosine_2)) = (unknowns[2].sin_cos(), unknowns[3].sin_cos());
+    let u = (cosine_1 * from.x + sine_1 * from.y) * scale;
+    let v = (cosine_2 * from.x + sine_2 * from.y) * scale;
+    let ((edge_u, slope_u), (edge_v, slope_v)) = (edge(u), edge(v));
+    let (by_u, by_v) = ((b + d * edge_v) * slope_u, (c + d * edge_u) * slope_v);
+    let derivatives = [
+        -(by_u * cosine_1 + by_v * cosine_2) * scale,
+        -(by_u * sine_1 + by_v * sine_2) * scale,
+        by_u * (cosine_1 * from.y - sine_1 * from.x) * scale,
+        by_v * (cosine_2 * from.y - sine_2 * from.x) * scale,
+        -(by_u * u + by_v * v),
+        1.0,
+        edge_u,
+        edge_v,
+        edge_u * edge_v,
+    ];
+    (unknowns[5] + b * edge_u + c * edge_v + d * edge_u * edge_v, Unknowns::from(derivatives))
+}
+
+type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+
+/// Normal equations and squared error.
+fn normal_equations(samples: &[Sample], unknowns: &Unknowns) -> (Normal, Unknowns, f64) {
+    let (mut information, mut gradient, mut error) = (Normal::zeros(), Unknowns::zeros(), 0.0);
+    for sample in samples {
+        let (value, by) = model(unknowns, &sample.offset);
+        let residual = sample.grey - value;
+        information.ger(1.0, &by, &by, 1.0);
+        gradient.axpy(residual, &by, 1.0);
+        error += residual * residual;
+    }
+    (information, gradient, error)
+}
+
+/// Levenberg-Marquardt: moves the unknowns to the least error; returns information and error there.
+fn descend(samples: &[Sample], unknowns: &mut Unknowns) -> Option<(Normal, f64)> {
+    let (mut information, mut gradient, mut error) = normal_equations(samples, unknowns);
+    let mut damping = 1e-3;
+    for _ in 0..MOST_STEPS {
+        let damped = information + Normal::from_diagonal(&(information.diagonal() * damping));
+        let step = damped.cholesky()?.solve(&gradient);
+        let mut moved = *unknowns + step;
+        moved[4] = moved[4].clamp(-1.5, 2.0);
+        let next = normal_equations(samples, &moved);
+        if next.2 <= error {
+            let done = step.fixed_rows::<2>(0).norm() < 1e-4 && error - next.2 <= 1e-6 * error;
+            *unknowns = moved;
+            (information, gradient, error) = next;
+            damping = (0.1 * damping).max(1e-9);
+            if done {
+                break;
+            }
+        } else {
+            damping *= 10.0;
+        }
+    }
+    Some((information, error))
+}
