@@ -306,3 +306,77 @@ class NetworkSurvey:
         sigmas: NDArray[np.float64],
     ) -> bool: ...
     def finish(self, options: str) -> dict[str, Any]: ...
+
+def detection_defaults() -> str: ...
+def find_tag_panels(
+    image: NDArray[np.uint8], target: str, options: str
+) -> list[
+    tuple[int, list[int], NDArray[np.float64], NDArray[np.float64], float, tuple[int, int, int, int, int, int]]
+]: ...
+def detect_tags(
+    image: NDArray[np.uint8], family: str, border: int
+) -> list[tuple[int, int, float, tuple[float, ...]]]: ...
+def refine_corners(
+    image: NDArray[np.uint8],
+    guesses: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    room: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+def tag_drawings(pattern: str) -> list[list[bool]]: ...
+def appearance_defaults() -> str: ...
+def render_target(
+    camera: str, target: str, poses: NDArray[np.float64], appearance: str, seed: int
+) -> NDArray[np.uint8]: ...
+
+class NetworkRenderer:
+    def __init__(self, scene: str, appearance: str) -> None: ...
+    def stops(self) -> list[tuple[float, float]]: ...
+    def image(self, stop: int, camera: int) -> NDArray[np.uint8] | None: ...
+
+class CameraArrays:
+    parameters: list[float]
+    covariance: NDArray[np.float64]
+    inflated: NDArray[np.float64]
+    residual_factor: float
+    rms: float
+    rms_all: float
+    dof: int
+    honesty: float | None
+    z_rms: list[float]
+    projection_rms: float
+    splits: int
+    known: list[bool]
+    taken: list[bool]
+    decided: list[bool]
+    poses: NDArray[np.float64]
+    white: NDArray[np.float64]
+    covariances: NDArray[np.float64]
+    residuals: NDArray[np.float64]
+    used: list[bool]
+
+def camera_calibration_defaults() -> str: ...
+def calibrate_camera(
+    size: tuple[int, int],
+    views: list[tuple[int, int]],
+    points: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+    sigmas: NDArray[np.float64],
+    options: str,
+) -> CameraArrays: ...
+def camera_panel_pose(
+    camera: str, points: NDArray[np.float64], pixels: NDArray[np.float64], sigmas: NDArray[np.float64]
+) -> (
+    tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        float,
+        int,
+        bool,
+        tuple[NDArray[np.float64], float] | None,
+    ]
+    | None
+): ...
+def projection_sigmas(
+    camera: str, covariance: NDArray[np.float64]
+) -> tuple[tuple[int, int], NDArray[np.float64], NDArray[np.float64]]: ...

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod camera;
+mod camera_calibration;
 mod egomotion;
 mod features;
 mod localization;
@@ -9,13 +10,16 @@ mod mapping;
 mod network;
 mod pose_graph;
 mod recognition;
+mod rendering;
 mod simulation;
+mod vision;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
+    camera_calibration::register(m)?;
     egomotion::register(m)?;
     calibration::register(m)?;
     features::register(m)?;
@@ -24,6 +28,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     network::register(m)?;
     pose_graph::register(m)?;
     recognition::register(m)?;
+    rendering::register(m)?;
     simulation::register(m)?;
+    vision::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -1,0 +1,172 @@
+//! `groma.camera_calibration`: intrinsics from corners, poses of panels, projection uncertainty.
+
+use crate::camera::{invalid, parse};
+use crate::rendering::entries;
+use groma_calibration::camera::{
+    CameraCalibration, Options, ProjectionMap, Sighting, View, ViewResult, calibrate, panel_pose,
+};
+use groma_models::Camera;
+use nalgebra::{DMatrix, Matrix6, Vector2, Vector3};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+type Floats<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Adds what is in this file to the module.
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<CameraArrays>()?;
+    m.add_function(wrap_pyfunction!(camera_calibration_defaults, m)?)?;
+    m.add_function(wrap_pyfunction!(calibrate_camera, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_panel_pose, m)?)?;
+    m.add_function(wrap_pyfunction!(projection_sigmas, m)?)
+}
+
+/// The default settings as JSON.
+#[pyfunction]
+fn camera_calibration_defaults() -> PyResult<String> {
+    serde_json::to_string(&Options::default()).map_err(invalid)
+}
+
+/// A calibration, flat: of views, one row each (V); of corners, one each in the order given (N).
+#[pyclass(frozen, get_all, module = "groma._core")]
+struct CameraArrays {
+    parameters: Vec<f64>,
+    covariance: Py<PyArray1<f64>>,
+    inflated: Py<PyArray1<f64>>,
+    residual_factor: f64,
+    rms: f64,
+    rms_all: f64,
+    dof: usize,
+    honesty: Option<f64>,
+    z_rms: Vec<f64>,
+    projection_rms: f64,
+    splits: usize,
+    known: Vec<bool>,
+    taken: Vec<bool>,
+    decided: Vec<bool>,
+    poses: Py<PyArray1<f64>>,
+    white: Py<PyArray1<f64>>,
+    covariances: Py<PyArray1<f64>>,
+    residuals: Py<PyArray1<f64>>,
+    used: Vec<bool>,
+}
+
+/// Intrinsics from views: `views` is image and number of corners of each; points (N, 3), pixels (N, 2), sigmas (N).
+/// A refusal is a RuntimeError.
+#[pyfunction]
+fn calibrate_camera(
+    py: Python<'_>,
+    size: (u32, u32),
+    views: Vec<(usize, usize)>,
+    points: PyReadonlyArray2<'_, f64>,
+    pixels: PyReadonlyArray2<'_, f64>,
+    sigmas: PyReadonlyArray1<'_, f64>,
+    options: &str,
+) -> PyResult<CameraArrays> {
+    let options: Options = parse(options)?;
+    let mut rest = sightings(&points, &pixels, &sigmas).into_iter();
+    let views: Vec<View> =
+        views.into_iter().map(|(image, count)| View { image, corners: rest.by_ref().take(count).collect() }).collect();
+    let found = py.detach(|| calibrate(size.0, size.1, &views, &options));
+    let found = found.map_err(|refusal| PyRuntimeError::new_err(refusal.to_string()))?;
+    Ok(arrays(py, &views, &found))
+}
+
+fn sightings(
+    points: &PyReadonlyArray2<'_, f64>,
+    pixels: &PyReadonlyArray2<'_, f64>,
+    sigmas: &PyReadonlyArray1<'_, f64>,
+) -> Vec<Sighting> {
+    let (points, pixels) = (points.as_array(), pixels.as_array());
+    let one = |((p, q), s): ((numpy::ndarray::ArrayView1<'_, f64>, numpy::ndarray::ArrayView1<'_, f64>), &f64)| {
+        Sighting { point: Vector3::new(p[0], p[1], p[2]), pixel: Vector2::new(q[0], q[1]), sigma: *s }
+    };
+    points.outer_iter().zip(pixels.outer_iter()).zip(sigmas.as_array()).map(one).collect()
+}
+
+fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraArrays {
+    let flag = |of: fn(&ViewResult) -> bool| found.views.iter().map(|v| v.as_ref().is_some_and(of)).collect();
+    let matrices = |of: fn(&ViewResult) -> Matrix6<f64>| {
+        let one = |v: &Option<ViewResult>| {
+            v.as_ref().map_or(Matrix6::repeat(f64::NAN), of).iter().copied().collect::<Vec<_>>()
+        };
+        PyArray1::from_iter(py, found.views.iter().flat_map(one)).unbind()
+    };
+    let poses = found.views.iter().flat_map(|v| v.as_ref().map_or([f64::NAN; 16], |v| entries(&v.pose)));
+    let corners =
+        || views.iter().zip(&found.views).flat_map(|(view, known)| (0..view.corners.len()).map(move |k| (known, k)));
+    let residual = |(known, k): (&Option<ViewResult>, usize)| known.as_ref().map_or([f64::NAN; 2], |v| v.residuals[k]);
+    CameraArrays {
+        parameters: found.camera.parameters().to_vec(),
+        covariance: flat(py, &found.covariance),
+        inflated: flat(py, &found.inflated()),
+        residual_factor: found.residual_factor,
+        rms: found.rms,
+        rms_all: found.rms_all,
+        dof: found.dof,
+        honesty: found.honesty.factor,
+        z_rms: found.honesty.z_rms.clone(),
+        projection_rms: found.honesty.projection_rms,
+        splits: found.honesty.splits,
+        known: found.views.iter().map(Option::is_some).collect(),
+        taken: flag(|v| v.taken),
+        decided: flag(|v| v.decided),
+        poses: PyArray1::from_iter(py, poses).unbind(),
+        white: matrices(|v| v.white),
+        covariances: matrices(|v| v.covariance),
+        residuals: PyArray1::from_iter(py, corners().flat_map(residual)).unbind(),
+        used: corners().map(|(known, k)| known.as_ref().is_some_and(|v| v.used[k])).collect(),
+    }
+}
+
+fn flat(py: Python<'_>, symmetric: &DMatrix<f64>) -> Py<PyArray1<f64>> {
+    PyArray1::from_iter(py, symmetric.iter().copied()).unbind()
+}
+
+/// Pose (16), covariance (36), sensitivity (6 n, by columns), chi-square, dof, decided, the other pose (16) and its chi-square.
+type Pose<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, f64, usize, bool, Option<(Floats<'py>, f64)>);
+
+/// The pose of a panel seen by a camera; None when its corners tell none.
+#[pyfunction]
+fn camera_panel_pose<'py>(
+    py: Python<'py>,
+    camera: &str,
+    points: PyReadonlyArray2<'py, f64>,
+    pixels: PyReadonlyArray2<'py, f64>,
+    sigmas: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Option<Pose<'py>>> {
+    let camera: Camera = parse(camera)?;
+    let corners = sightings(&points, &pixels, &sigmas);
+    let array = |values: &[f64]| PyArray1::from_slice(py, values);
+    Ok(py.detach(|| panel_pose(&camera, &corners)).map(|found| {
+        let sensitivity = found.sensitivity.columns(0, camera.count()).into_owned();
+        (
+            array(&entries(&found.pose)),
+            array(found.covariance.as_slice()),
+            array(sensitivity.as_slice()),
+            found.chi_square,
+            found.dof,
+            found.decided,
+            found.other.map(|(pose, chi_square)| (array(&entries(&pose)), chi_square)),
+        )
+    }))
+}
+
+/// Shape, pixels (2 each) and standard deviations of a grid over the image, for a covariance (n, n) of the parameters.
+#[pyfunction]
+fn projection_sigmas<'py>(
+    py: Python<'py>,
+    camera: &str,
+    covariance: PyReadonlyArray2<'py, f64>,
+) -> PyResult<((usize, usize), Floats<'py>, Floats<'py>)> {
+    let camera: Camera = parse(camera)?;
+    let covariance = covariance.as_array();
+    if covariance.shape() != [camera.count(); 2] {
+        return Err(invalid("the covariance must have a row and a column a parameter"));
+    }
+    let covariance = DMatrix::from_fn(camera.count(), camera.count(), |i, j| covariance[(i, j)]);
+    let map = ProjectionMap::new(&camera);
+    let pixels = PyArray1::from_iter(py, map.pixels.iter().flat_map(|p| [p.x, p.y]));
+    Ok((map.shape, pixels, PyArray1::from_iter(py, map.sigmas(&covariance))))
+}

@@ -1,0 +1,99 @@
+"""Images of targets that do not exist: lens, blur and noise, so that the real detector can run on them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from groma import _core
+from groma.camera import Camera
+from groma.target import Target
+
+Array = NDArray[np.float64]
+Gray = NDArray[np.uint8]
+
+
+class Appearance(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How an image looks."""
+
+    white: float
+    """Grey of white paper."""
+    black: float
+    """Grey of black print."""
+    blur: float
+    """Standard deviation of the blur [pixel]."""
+    noise: float
+    """Standard deviation of the noise [grey]."""
+
+
+def appearance(**changes: float) -> Appearance:
+    """Return the default appearance with changes.
+
+    Examples
+    --------
+    >>> appearance(noise=0.0).blur
+    0.7
+    """
+    defaults: Mapping[str, float] = json.loads(_core.appearance_defaults())
+    return msgspec.convert({**defaults, **changes}, Appearance)
+
+
+def render(
+    camera: Camera, target: Target, poses: Sequence[Array], look: Appearance | None = None, seed: int = 1
+) -> Gray:
+    """Return the image (height, width) of a target.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    target
+        Its panels; grids of tags and chessboards.
+    poses
+        ``T_camera_panel`` (4, 4) of each panel.
+    look
+        See :func:`appearance`.
+    seed
+        Draws the noise.
+
+    Raises
+    ------
+    ValueError
+        When a panel cannot be drawn or a setting makes no sense.
+    """
+    json_look = msgspec.json.encode(look or appearance()).decode()
+    stacked = np.ascontiguousarray(np.stack([*poses])) if len(poses) else np.empty((0, 4, 4))
+    return _core.render_target(camera.json(), target.json(), stacked, json_look, seed).reshape(
+        camera.height, camera.width
+    )
+
+
+def render_network(
+    scene: str, cameras: Sequence[Camera], look: Appearance | None = None
+) -> Iterator[tuple[int, int, float, Gray]]:
+    """Yield stop, camera, time of the exposure [s] and image (height, width) of all that a simulated network sees.
+
+    Parameters
+    ----------
+    scene
+        The scene as JSON, as the core takes it.
+    cameras
+        The cameras of the scene, in its order.
+    look
+        See :func:`appearance`.
+
+    Raises
+    ------
+    ValueError
+        When the scene makes no sense or a panel cannot be drawn.
+    """
+    renderer = _core.NetworkRenderer(scene, msgspec.json.encode(look or appearance()).decode())
+    for stop, (begin, end) in enumerate(renderer.stops()):
+        for place, camera in enumerate(cameras):
+            pixels = renderer.image(stop, place)
+            if pixels is not None:
+                yield stop, place, 0.5 * (begin + end), pixels.reshape(camera.height, camera.width)

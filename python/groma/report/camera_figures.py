@@ -1,0 +1,89 @@
+"""The figures of a calibrated camera, for metrics.json, the report and the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from groma.camera_calibration import CameraCalibration, projection_sigmas
+from groma.camera_images import Sightings
+
+Array = NDArray[np.float64]
+
+CELLS = (8, 6)
+"""Columns and rows of the grid by which the coverage of the image is counted."""
+
+
+def camera_figures(found: CameraCalibration, sightings: Sightings) -> Mapping[str, object]:
+    """Return all figures by name."""
+    sigmas = np.sqrt(np.diag(found.covariance))
+    worst = projection_sigmas(found.camera, found.covariance)[1]
+    views = found.views
+    return {
+        "camera": dict(zip(found.camera.names, found.camera.parameters, strict=True)),
+        "sigma": dict(zip(found.camera.names, sigmas.tolist(), strict=True)),
+        "lens": found.camera.lens,
+        "images": len(sightings.names),
+        "images_without_target": len(sightings.empty),
+        "views_used": sum(view.taken for view in views),
+        "views_held_out": sum(not view.taken for view in views),
+        "views_left_out": len(found.left_out),
+        "views_undecided": sum(not view.decided for view in views),
+        "corners_used": int(sum(view.used.sum() for view in views if view.taken)),
+        "corners_left_out": int(sum((~view.used).sum() for view in views if view.taken)),
+        "tags_left_out": dict(sightings.left_out),
+        "rms_px": found.rms,
+        "rms_all_corners_px": found.rms_all,
+        "rms_held_out_px": held_out_rms(found),
+        "residual_factor": found.residual_factor,
+        "honesty_factor": found.honesty.factor,
+        "honesty_splits": found.honesty.splits,
+        "honesty_z_rms": dict(zip(found.camera.names, found.honesty.z_rms.tolist(), strict=True)),
+        "halves_projection_rms_px": found.honesty.projection_rms,
+        "projection_sigma_median_px": float(np.nanmedian(worst)),
+        "projection_sigma_worst_px": float(np.nanmax(worst)),
+        "coverage": coverage(found),
+        "tilt_spread_deg": float(np.degrees(tilt_spread(found))),
+    }
+
+
+def held_out_rms(found: CameraCalibration) -> float | None:
+    """Return the root mean square residual of views that took no part [pixel]."""
+    lengths = [np.hypot(*view.residuals[view.used].T) for view in found.views if not view.taken]
+    return float(np.sqrt(np.mean(np.concatenate(lengths) ** 2))) if lengths else None
+
+
+def used_pixels(found: CameraCalibration) -> tuple[Array, Array]:
+    """Return pixels (N, 2) and residuals (N, 2) of all corners used."""
+    taken = [view for view in found.views if view.taken]
+    pixels = np.vstack([view.detection.pixels[view.used] for view in taken])
+    return pixels, np.vstack([view.residuals[view.used] for view in taken])
+
+
+def coverage(found: CameraCalibration) -> float:
+    """Return the share of the image's cells in which corners were seen."""
+    pixels = used_pixels(found)[0]
+    cells = np.floor((pixels + 0.5) / [found.camera.width, found.camera.height] * CELLS).astype(np.int64)
+    inside = ((cells >= 0) & (cells < CELLS)).all(axis=1)
+    return len(np.unique(cells[inside], axis=0)) / (CELLS[0] * CELLS[1])
+
+
+def tilt_spread(found: CameraCalibration) -> float:
+    """Return the largest angle between the panels of two views [rad]."""
+    normals = np.array([view.pose[:3, 2] for view in found.views if view.taken])
+    return float(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0)))
+
+
+def weak_direction(found: CameraCalibration) -> tuple[str, float]:
+    """Return the combination of parameters that is known worst, in words, and its share of their common scatter.
+
+    Each parameter counts in units of its own standard deviation.
+    """
+    sigmas = np.sqrt(np.diag(found.covariance))
+    correlation = found.covariance / np.outer(sigmas, sigmas)
+    values, vectors = np.linalg.eigh(correlation)
+    worst = vectors[:, -1]
+    named = [name for name, share in zip(found.camera.names, worst, strict=True) if abs(share) > 0.4 * abs(worst).max()]
+    return " with ".join(named), float(values[-1] / values.sum())

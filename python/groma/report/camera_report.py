@@ -1,0 +1,211 @@
+"""The report on a calibrated camera: what it is, how far to trust it, what would make it better."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from groma.camera_calibration import CameraCalibration, ViewFit, projection_sigmas
+from groma.camera_images import Sightings
+from groma.io.kalibr_camchain import holds
+from groma.io.toml import to_toml
+from groma.report import camera_pictures as pictures
+from groma.report.camera_figures import coverage, held_out_rms, tilt_spread, weak_direction
+from groma.report.page import Html, details, facts, figure, page, section, table, text
+from groma.report.words import count, number
+
+_FOOTER = "groma {}: the same images and settings give the same bytes."
+_ROWS = 40
+DISHONEST = 1.5
+"""Above this factor the claimed standard deviations are called too small."""
+
+
+def camera_report(name: str, found: CameraCalibration, sightings: Sightings, run: Mapping[str, object]) -> str:
+    """Return the page."""
+    title = f"groma calibrate camera · {name}"
+    header = Html(f"<header>\n{text('p', title, 'over')}\n{text('h1', verdict(found))}\n{_facts(found)}\n</header>")
+    body = [
+        header,
+        _parameters(found),
+        _projection(found),
+        _residuals(found),
+        _trust(found),
+        _views(found, sightings),
+        _seen(found, sightings),
+        _files(name, found, run),
+        Html(f"<footer>{text('p', _FOOTER.format(run.get('groma', '')))}</footer>"),
+    ]
+    return page(title, body)
+
+
+def verdict(found: CameraCalibration) -> str:
+    """Return in a sentence how good the calibration is, in pixels, and whether it may be believed."""
+    worst = projection_sigmas(found.camera, found.covariance)[1]
+    good = (
+        f"Projections are known to {_px(float(np.nanmedian(worst)))} in most of the image and to "
+        f"{_px(float(np.nanmax(worst)))} at its worst place"
+    )
+    return f"{good}; {_belief(found)}."
+
+
+def _belief(found: CameraCalibration) -> str:
+    factor = found.honesty.factor
+    if factor is None:
+        return "there were too few images to check this by halves"
+    if factor > DISHONEST:
+        return (
+            f"halves of the images disagree {number(factor, 1)} times more than the residuals claim, "
+            "which is taken into account"
+        )
+    return f"halves of the images agree as the residuals claim (factor {number(factor, 2)})"
+
+
+def _px(value: float) -> str:
+    return f"{value:.2g}\N{NO-BREAK SPACE}px"
+
+
+def _facts(found: CameraCalibration) -> Html:
+    fx, fy = found.camera.parameters[:2]
+    taken = sum(view.taken for view in found.views)
+    return facts(
+        [
+            ("focal length", f"{number((fx + fy) / 2, 1)}\N{NO-BREAK SPACE}px"),
+            ("residual, rms", _px(found.rms)),
+            ("views used", str(taken)),
+            ("corners used", str(int(sum(view.used.sum() for view in found.views if view.taken)))),
+            ("of the image covered", f"{number(100 * coverage(found), 0)}\N{NO-BREAK SPACE}%"),
+            ("panels turned by up to", f"{number(np.degrees(tilt_spread(found)), 0)}°"),
+        ]
+    )
+
+
+def _parameters(found: CameraCalibration) -> Html:
+    claimed, passed = np.sqrt(np.diag(found.claimed)), np.sqrt(np.diag(found.covariance))
+    rows = [
+        [name, f"{value:.6g}", f"{s:.2g}", f"{c:.2g}", number(z, 1) if np.isfinite(z) and found.honesty.splits else "–"]
+        for name, value, s, c, z in zip(
+            found.camera.names, found.camera.parameters, passed, claimed, found.honesty.z_rms, strict=True
+        )
+    ]
+    head = ["parameter ", "value", "σ to use", "σ claimed", "halves differ [σ]"]
+    note = (
+        f"Lens model {found.camera.lens}, images of {found.camera.width} x {found.camera.height}. Parameters trade "
+        "against each other: judge by the map of projections below, not by single sigmas."
+    )
+    return section("The camera", table(head, rows), text("p", note, "note"))
+
+
+def _projection(found: CameraCalibration) -> Html:
+    caption = (
+        "Standard deviation of where a far point is seen, in its worst direction, by the covariance to use; a rotation "
+        "of the whole camera is taken out, for its pose is estimated too. Grey dots: corners used. Where there are "
+        "none, the lens is extrapolated."
+    )
+    return section("How well projections are known", figure(pictures.projection_map(found), caption))
+
+
+def _residuals(found: CameraCalibration) -> Html:
+    over = (
+        "Corners used and what is left of them, enlarged. Arrows that agree with their neighbours mean a lens that the "
+        "model does not fit, or a bent panel; arrows all over the place are noise."
+    )
+    spread = "The curve is a normal distribution of the same spread; tails beyond it are corners that do not belong."
+    keys = [("final", "dot", "corner used"), ("rejected", "line", "residual, enlarged")]
+    each = "Dashed: all views together. A view far above it is blurred, or the panel was bent or moved."
+    bars = [("final", "bar", "used"), ("muted", "bar", "held out")]
+    return section(
+        "What is left unexplained",
+        figure(pictures.coverage(found), over, keys),
+        figure(pictures.residuals(found), spread),
+        figure(pictures.views(found), each, bars),
+    )
+
+
+def _trust(found: CameraCalibration) -> Html:
+    honesty, (direction, share) = found.honesty, weak_direction(found)
+    if honesty.factor is None:
+        told = (
+            "At least six images with the target are needed to compare halves; the claimed covariance stands unchecked."
+        )
+    else:
+        told = (
+            f"In {count(honesty.splits, 'split')} the images were halved at random and both halves calibrated: their "
+            f"parameters differ {number(honesty.factor, 2)} times as much as claimed, their projections by "
+            f"{_px(honesty.projection_rms)} (rms over the image). The covariance to use is the claimed one times "
+            f"{number(max(1.0, honesty.factor) ** 2, 2)}."
+        )
+    weak = f"Known worst in combination: {direction} ({number(100 * share, 0)} % of the scatter of all parameters)."
+    advice = _advice(found)
+    return section("May it be believed?", text("p", told), text("p", weak), *([text("p", advice)] if advice else []))
+
+
+def _advice(found: CameraCalibration) -> str:
+    """Return what would help most, or nothing."""
+    hints = []
+    if coverage(found) < 0.6:
+        hints.append("let the target be seen all over the image, above all at its corners")
+    if np.degrees(tilt_spread(found)) < 40:
+        hints.append("tilt it more: 20 to 45 degrees in different directions")
+    if (found.honesty.factor or 1.0) > 2:
+        hints.append(
+            "try a lens model with more parameters (--lens plumb_bob, rational), and see that the panel is flat"
+        )
+    return f"To make it better: {'; '.join(hints)}." if hints else ""
+
+
+def _views(found: CameraCalibration, sightings: Sightings) -> Html:
+    shown = sorted(found.views, key=lambda view: -view.rms)[:_ROWS]
+    head = ["image ", "panel ", "corners", "left out", "rms [px]", "range [m]", "tilt", "σ depth [mm]", "note "]
+    rows = [_view(view, sightings) for view in shown]
+    title = f"Views, worst first ({len(shown)} of {len(found.views)})"
+    return section("The views", details(title, table(head, rows)))
+
+
+def _view(view: ViewFit, sightings: Sightings) -> list[str]:
+    middle = view.pose[:3, 3]
+    distance = float(np.linalg.norm(middle))
+    tilt = np.degrees(np.arccos(min(1.0, abs(float(view.pose[:3, 2] @ middle)) / max(distance, 1e-9))))
+    notes = [] if view.decided else ["mirrored pose fits nearly as well"]
+    notes += [] if view.taken else ["held out"]
+    sigma = float(np.sqrt((view.pose[:3, :3] @ view.covariance[:3, :3] @ view.pose[:3, :3].T)[2, 2]))
+    return [
+        sightings.names[int(view.detection.stamp)],
+        view.detection.panel,
+        str(len(view.used)),
+        str(int((~view.used).sum())),
+        number(view.rms, 3),
+        number(distance, 2),
+        f"{number(float(tilt), 0)}°",
+        number(1000 * sigma, 1),
+        ", ".join(notes),
+    ]
+
+
+def _seen(found: CameraCalibration, sightings: Sightings) -> Html:
+    told = [f"{count(len(sightings.names), 'image')} read, {count(len(sightings.empty), 'image')} without the target."]
+    if found.left_out:
+        told.append(f"{count(len(found.left_out), 'view')} left out: too few corners, or no pose explains them.")
+    if (rms := held_out_rms(found)) is not None:
+        told.append(f"Views that were held out fit to {_px(rms)} (rms).")
+    rows = [[what, str(number)] for what, number in sightings.left_out.most_common() if number]
+    parts = [text("p", " ".join(told))]
+    if rows:
+        parts.append(table(["left out by detection ", "number"], rows))
+    if sightings.empty:
+        parts.append(details("Images without the target", text("p", ", ".join(sightings.empty))))
+    return section("What was seen and what was not", *parts)
+
+
+def _files(name: str, found: CameraCalibration, run: Mapping[str, object]) -> Html:
+    files = {
+        "report.html": "this page",
+        f"{name}.yaml": "intrinsics for ROS (camera_info_manager, image_proc)",
+        f"{name}.json": "parameters with the covariance to use; with the yaml, a camera of groma cameras map",
+        "metrics.json": "the figures of this page and more, for scripts",
+        "run.toml": "settings, versions and the hashes of the images: what made these files",
+    }
+    if holds(found.camera):
+        files["camchain.yaml"] = "intrinsics for Kalibr and its kin"
+    settings = details("Settings, versions, input", text("pre", to_toml(run)))
+    return section("Files and settings", table(["file ", "what for "], files.items()), settings)
