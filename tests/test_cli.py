@@ -26,6 +26,7 @@ COMMANDS = [
     ["simulate", "vehicle"],
     ["simulate", "localization"],
     ["config"],
+    ["calibrate", "camera"],
     ["calibrate", "vehicle"],
     ["cameras", "map"],
     ["evaluate", "trajectory"],
