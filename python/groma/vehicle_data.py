@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from groma.calibration import OdometryLog, SensorMotions
 from groma.egomotion import Progress, laser_motions
 from groma.errors import EstimationError, UserError
+from groma.evaluation.se2 import relative
 from groma.io.drive_choice import choose_scans
 from groma.io.recording import Recording
 from groma.io.streams import Kind as StreamKind
@@ -189,13 +190,12 @@ def _poses_at(table: Array, stations: Array) -> Array:
 
 
 def _between(at: Array) -> _Found:
-    step = np.diff(at[:, 1:], axis=0)
-    cos, sin = np.cos(at[:-1, 3]), np.sin(at[:-1, 3])
-    x, y = cos * step[:, 0] + sin * step[:, 1], cos * step[:, 1] - sin * step[:, 0]
+    motion = relative(at[:-1, 1:], at[1:, 1:])
+    motion[:, 2] = np.diff(at[:, 3])
     seen = _complete(at)
     good = seen[1:] & seen[:-1] & (np.diff(at[:, 0]) > 0)
     verdict = tuple("" if ok else "no pose at one of its ends" for ok in good)
-    return _Found(at[:-1, 0], at[1:, 0], np.column_stack([x, y, step[:, 2]]), None, verdict)
+    return _Found(at[:-1, 0], at[1:, 0], motion, None, verdict)
 
 
 def _gated(found: _Found, wheels: Wheels, model: Model, counts: Counter[str]) -> SensorMotions:

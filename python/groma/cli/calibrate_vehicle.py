@@ -75,20 +75,23 @@ def vehicle(
         Folder for the results; a new one in results/ when left out.
     """
     request = Request(model, wheelbase, _free(free), wheels, _names(joints), axle, scans, poses, window)
-    _check(request)
-    if tolerance:
-        amounts(tolerance, {name: 1.0 for names in PARAMETERS.values() for name in names}, "--tolerance")
+    _check(request, tolerance)
     recording = open_recording(file)
     directory = result_directory(output, datetime.now().astimezone())
+    result = _or_nothing(directory, recording, request, tolerance)
+    if output is None:
+        point_latest(directory)
+    _tell(result, recording, directory)
+
+
+def _or_nothing(directory: Path, recording: Recording, request: Request, tolerance: str) -> CalibratedVehicle:
+    """Calibrate into a folder; an empty one is removed when that fails."""
     try:
-        result = calibrate_into(directory, recording, request, tolerance, shown_command(sys.argv[1:]))
+        return calibrate_into(directory, recording, request, tolerance, shown_command(sys.argv[1:]))
     except BaseException:
         if not any(directory.iterdir()):
             directory.rmdir()
         raise
-    if output is None:
-        point_latest(directory)
-    _tell(result, recording, directory)
 
 
 def calibrate_into(
@@ -104,7 +107,9 @@ def calibrate_into(
     return result
 
 
-def _check(request: Request) -> None:
+def _check(request: Request, tolerance: str) -> None:
+    if tolerance:
+        amounts(tolerance, {name: 1.0 for names in PARAMETERS.values() for name in names}, "--tolerance")
     for name, value in (("wheelbase", request.wheelbase), ("axle", request.axle), ("window", request.window)):
         if value is not None and not (math.isfinite(value) and (value > 0 or name == "wheelbase")):
             raise UserError(f"--{name} {value}: must be above 0")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.calibration import SensorMotions
+from groma.evaluation.se2 import compose
 from groma.vehicle import Vehicle, dead_reckoning
 from groma.vehicle_calibration import CONFIDENCE, CalibratedVehicle
 
@@ -50,10 +51,10 @@ def laser_paths(result: CalibratedVehicle) -> tuple[list[Array], list[Array]]:
     for piece in pieces:
         times = np.concatenate([motions.start[piece], motions.end[piece[-1:]]])
         base = _base_at(result, np.linspace(times[0], times[-1], max(2, int((times[-1] - times[0]) / _DENSE))))
-        wheels = _composed(base, np.broadcast_to(laser, (len(base), 3)))
+        wheels = compose(base, laser)
         chain = [wheels[0]]
         for k in piece:
-            chain.append(_composed(chain[-1][None], motions.motion[k][None])[0])
+            chain.append(compose(chain[-1], motions.motion[k]))
         measured.append(np.array(chain))
         told.append(wheels)
     return measured, told
@@ -73,12 +74,6 @@ def _base_at(result: CalibratedVehicle, scan_times: Array) -> Array:
     times = scan_times + vehicle.parameters["delay"]
     table = np.column_stack([poses, way])
     return np.column_stack([np.interp(times, wheels.time, column) for column in table.T])
-
-
-def _composed(a: Array, b: Array) -> Array:
-    cos, sin = np.cos(a[:, 2]), np.sin(a[:, 2])
-    x, y = a[:, 0] + cos * b[:, 0] - sin * b[:, 1], a[:, 1] + sin * b[:, 0] + cos * b[:, 1]
-    return np.column_stack([x, y, a[:, 2] + b[:, 2]])
 
 
 def calibration_figures(result: CalibratedVehicle) -> dict[str, object]:
