@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
@@ -70,30 +70,3 @@ def render(
     return _core.render_target(camera.json(), target.json(), stacked, json_look, seed).reshape(
         camera.height, camera.width
     )
-
-
-def render_network(
-    scene: str, cameras: Sequence[Camera], look: Appearance | None = None
-) -> Iterator[tuple[int, int, float, Gray]]:
-    """Yield stop, camera, time of the exposure [s] and image (height, width) of all that a simulated network sees.
-
-    Parameters
-    ----------
-    scene
-        The scene as JSON, as the core takes it.
-    cameras
-        The cameras of the scene, in its order.
-    look
-        See :func:`appearance`.
-
-    Raises
-    ------
-    ValueError
-        When the scene makes no sense or a panel cannot be drawn.
-    """
-    renderer = _core.NetworkRenderer(scene, msgspec.json.encode(look or appearance()).decode())
-    for stop, (begin, end) in enumerate(renderer.stops()):
-        for place, camera in enumerate(cameras):
-            pixels = renderer.image(stop, place)
-            if pixels is not None:
-                yield stop, place, 0.5 * (begin + end), pixels.reshape(camera.height, camera.width)

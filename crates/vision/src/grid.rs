@@ -24,8 +24,8 @@ const LINES_SIGMA: f64 = 0.04;
 const UNREFINED_SIGMA: f64 = 0.1;
 /// Squared distance, in units of its variance, from which lines and fit disagree.
 const DISAGREE_SQ: f64 = 16.0;
-/// Share of the room around a corner that the disc uses: blur reaches into it from beyond.
-const USED_ROOM: f64 = 0.8;
+/// Share of the room around a corner that the disc uses.
+const USED_ROOM: f64 = 1.0;
 
 /// Which tags count.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

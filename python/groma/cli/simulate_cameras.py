@@ -7,17 +7,27 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
+from PIL import Image
 
 from groma.errors import UserError
-from groma.io.atomic import write_text
+from groma.io.atomic import replacing, write_text
 from groma.io.network_recording import write_network
 from groma.io.toml import to_toml
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
+from groma.rendered_network import Keep, rendered_messages
+from groma.rendering import Gray
 
 Scene = Literal["corridor", "loop", "laps", "hallway"]
 
 
-def cameras(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")], seed: int = 1) -> None:
+def cameras(
+    scene: Scene,
+    /,
+    *,
+    output: Annotated[Path, Parameter(alias="-o")],
+    seed: int = 1,
+    images: Annotated[bool, Parameter(negative=())] = False,
+) -> None:
     """Simulate a survey of cameras: writes a folder that `groma cameras map` takes, truth and settings in it.
 
     groma simulate cameras hallway -o survey
@@ -33,16 +43,31 @@ def cameras(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")], 
         Folder to write.
     seed
         Draws all noise.
+    images
+        Let the cameras take images, with lens, blur and noise, and find the corners in them by the real detector; they
+        are written to images/CAMERA/STOP.png. Takes minutes instead of seconds.
     """
     if seed < 0:
         raise UserError(f"--seed {seed}: must be at least 0")
     simulated = simulate_network(network_scene(scene, seed))
     known = simulated.scene.known()
-    write_network(output, simulated.scene.target, known, simulated.messages())
+    messages = rendered_messages(simulated, keep=_keep(output / "images")) if images else simulated.messages()
+    write_network(output, simulated.scene.target, known, messages)
     write_text(output / "truth.json", _truth(simulated))
     write_text(output / "settings.toml", to_toml({"cameras": simulated.scene.settings()}))
     stops, seen = len(simulated.stops), len(simulated.detections)
     print(f"{output}: {len(known)} cameras, {stops} stops, {seen} panels seen, seed {seed}")
+
+
+def _keep(folder: Path) -> Keep:
+    """Return what writes an image."""
+
+    def keep(camera: str, stop: int, image: Gray) -> None:
+        (folder / camera).mkdir(parents=True, exist_ok=True)
+        with replacing(folder / camera / f"{stop:04}.png") as file:
+            Image.fromarray(image).save(file, format="PNG")
+
+    return keep
 
 
 def _truth(simulated: SimulatedNetwork) -> str:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from groma.camera_calibration import CameraCalibration, projection_sigmas
 from groma.report import drawing
 from groma.report.camera_figures import used_pixels
-from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, WIDTH, drawn
+from groma.report.drawing import FINAL, INK, LINE, MUTED, REJECTED, WIDTH, drawn
 
 _LEFT, _BOTTOM, _TOP = 0.55, 0.45, 0.15
 _MOST_DOTS = 4000
@@ -31,7 +31,7 @@ def coverage(found: CameraCalibration) -> Figure:
         linewidth=0.5,
         alpha=0.8,
     )
-    ax.plot(*pixels.T, ".", color=FINAL, markersize=2.0, markeredgewidth=0)
+    ax.plot(*pixels.T, ".", color=FINAL, markersize=3.0, markeredgewidth=0)
     return figure
 
 
@@ -42,12 +42,12 @@ def residuals(found: CameraCalibration) -> Figure:
     sigma = float(np.sqrt(np.mean(values**2)))
     reach = max(4.5 * sigma, 1e-6)
     sheet = drawing.sheet(3.2)
-    ax = drawing.axes(sheet, _LEFT, _BOTTOM, 2.5, 2.5)
+    ax = drawing.axes(sheet, 0.75, _BOTTOM, 2.4, 2.4)
     ax.plot(*_thinned(values).T, ".", color=FINAL, markersize=2.0, markeredgewidth=0, alpha=0.6)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), xlabel="residual across [px]", ylabel="residual down [px]")
     ax.axhline(0, color=LINE, linewidth=0.8, zorder=0)
     ax.axvline(0, color=LINE, linewidth=0.8, zorder=0)
-    _distribution(drawing.axes(sheet, 3.75, _BOTTOM, WIDTH - 3.85, 2.5), values.ravel(), sigma, reach)
+    _distribution(drawing.axes(sheet, 3.75, _BOTTOM, WIDTH - 3.85, 2.4), values.ravel(), sigma, reach)
     return sheet
 
 
@@ -65,12 +65,12 @@ def projection_map(found: CameraCalibration) -> Figure:
     """Draw the standard deviation of projections over the image, as contours."""
     figure, ax = _image(found)
     pixels, sigmas = projection_sigmas(found.camera, found.covariance)
-    if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > np.nanmin(sigmas):
-        shaded = ax.contourf(pixels[..., 0], pixels[..., 1], sigmas, levels=12, colors=[ACCEPTED], alpha=0.0)
-        lines = ax.contour(shaded, levels=shaded.levels, colors=[FINAL], linewidths=1.0)
+    if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > 1.2 * np.nanmin(sigmas) > 0:
+        levels = np.geomspace(np.nanmin(sigmas) * 1.05, np.nanmax(sigmas) * 0.95, 7)
+        lines = ax.contour(pixels[..., 0], pixels[..., 1], sigmas, levels=levels, colors=[FINAL], linewidths=1.0)
         ax.clabel(lines, fmt="%.2g px", fontsize=8, colors=[INK])
     ax.plot(
-        *_thinned(used_pixels(found)[0]).T, ".", color=MUTED, markersize=1.0, markeredgewidth=0, alpha=0.35, zorder=0
+        *_thinned(used_pixels(found)[0]).T, ".", color=MUTED, markersize=2.5, markeredgewidth=0, alpha=0.6, zorder=0
     )
     return figure
 

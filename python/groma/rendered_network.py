@@ -1,0 +1,65 @@
+"""A simulated survey whose cameras take images: the corners are those that the real detector finds in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import msgspec
+
+from groma import _core
+from groma.detection import Detection
+from groma.models import Odometry
+from groma.network_simulation import SimulatedNetwork
+from groma.rendering import Appearance, Gray, appearance
+from groma.vision import detect
+
+Keep = Callable[[str, int, Gray], None]
+"""Called with camera, number of the stop and image (height, width)."""
+
+
+def rendered_messages(
+    simulated: SimulatedNetwork, look: Appearance | None = None, keep: Keep | None = None
+) -> Iterator[tuple[Odometry | Detection, int | None]]:
+    """Yield the odometry of a simulated survey, then what is detected in its images, by stop and camera.
+
+    A camera takes one image at a stop. The errors of poses that no corner noise explains, which the fast mode draws,
+    are not in the images.
+
+    Parameters
+    ----------
+    simulated
+        The survey.
+    look
+        See :func:`groma.rendering.appearance`.
+    keep
+        Told of every image.
+
+    Raises
+    ------
+    ValueError
+        When a panel cannot be drawn.
+    """
+    yield from ((message, stop) for message, stop in simulated.messages() if isinstance(message, Odometry))
+    scene = simulated.scene
+    renderer = _core.NetworkRenderer(
+        msgspec.json.encode(scene).decode(), msgspec.json.encode(look or appearance()).decode()
+    )
+
+    def take(place: tuple[int, int]) -> tuple[Gray | None, list[Detection]]:
+        stop, camera = place
+        pixels = renderer.image(stop, camera)
+        if pixels is None:
+            return None, []
+        size = scene.cameras[camera].camera
+        image = pixels.reshape(size.height, size.width)
+        stamp = float(simulated.stop_times[stop].mean())
+        return image, detect(image, scene.target, camera=scene.cameras[camera].name, stamp=stamp)[0]
+
+    places = [(stop, camera) for stop in range(len(simulated.stops)) for camera in range(len(scene.cameras))]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for (stop, camera), (image, detections) in zip(places, pool.map(take, places), strict=True):
+            if keep is not None and image is not None:
+                keep(scene.cameras[camera].name, stop, image)
+            yield from ((detection, stop) for detection in detections)
