@@ -1,5 +1,7 @@
 //! UDU against a dense filter, and the plain and Joseph forms where they fail.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use groma_estimation::udu::{Real, Rows, Udu};
 use nalgebra::{DMatrix, DVector, convert};
 use proptest::prelude::*;

@@ -77,7 +77,7 @@ fn problem(cameras: usize, each: usize, draw: &mut Draw) -> (Batch, State, Vec<S
     (basis[(0, 0)], basis[(1, 0)]) = (1.2, 1.2);
     let place = |k: usize| {
         let (row, column) = (k / ROW, k % ROW);
-        (SPACING * if row % 2 == 0 { column } else { ROW - 1 - column } as f64, SPACING * row as f64)
+        (SPACING * if row.is_multiple_of(2) { column } else { ROW - 1 - column } as f64, SPACING * row as f64)
     };
     let optical = Se3::exp(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -std::f64::consts::FRAC_PI_2))
         * Se3::exp(&Vector6::new(0.0, 0.0, 0.0, -2.0, 0.0, 0.0));
@@ -135,9 +135,9 @@ fn order(cameras: usize, pass: usize) -> Vec<usize> {
     if pass == 0 {
         return (0..cameras).collect();
     }
-    let along = |k: usize| if (k / ROW) % 2 == 0 { k % ROW } else { ROW - 1 - k % ROW };
+    let along = |k: usize| if (k / ROW).is_multiple_of(2) { k % ROW } else { ROW - 1 - k % ROW };
     let mut order: Vec<usize> = (0..cameras).collect();
-    order.sort_by_key(|&k| (along(k), if along(k) % 2 == 0 { k / ROW } else { cameras - k / ROW }));
+    order.sort_by_key(|&k| (along(k), if along(k).is_multiple_of(2) { k / ROW } else { cameras - k / ROW }));
     order
 }
 

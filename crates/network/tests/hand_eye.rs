@@ -1,5 +1,7 @@
 //! Robot-world / hand-eye: noise-free recovery, and what a robot in the plane cannot tell.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use groma_geometry::{LieGroup, Se3};
 use groma_models::target::TagGrid;
 use groma_models::{Camera, Lens as Model, Pattern};
@@ -27,7 +29,7 @@ fn truth() -> (Se3, Se3) {
 
 fn planar_robots() -> Vec<Se3> {
     (0..14)
-        .map(|k| f64::from(k))
+        .map(f64::from)
         .map(|k| at(0.3 * (k * 1.3).sin(), 0.4 * (k * 0.7).cos(), 0.0) * turn(2, 0.6 * (k * 2.1).sin()))
         .collect()
 }

@@ -1,5 +1,7 @@
 //! The filter in f32 against f64 over three laps, from poses of the target with known noise.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
 use groma_estimation::udu::Real;
 use groma_geometry::{LieGroup, Se3};
 use groma_network::survey::result::errors;
@@ -36,7 +38,7 @@ fn run<T: Real>(seed: u64) -> Run {
             at += 1;
         }
         filter.stop().unwrap();
-        for camera in 0..scene.cameras.len() {
+        for (camera, place) in born.iter_mut().enumerate() {
             if !recording.seen.iter().any(|seen| seen.stop == number && seen.camera == camera) {
                 continue;
             }
@@ -47,8 +49,8 @@ fn run<T: Real>(seed: u64) -> Run {
                 sensitivity: DMatrix::zeros(6, 0),
                 calibration: DVector::zeros(0),
             };
-            match born[camera] {
-                None => born[camera] = Some(filter.birth(&view, &DMatrix::zeros(0, 0)).unwrap()),
+            match *place {
+                None => *place = Some(filter.birth(&view, &DMatrix::zeros(0, 0)).unwrap()),
                 Some(k) => drop(filter.update(k, &view).unwrap()),
             }
             let d = filter.covariance().d().iter().map(|d| nalgebra::try_convert(*d).unwrap_or(f64::NAN));
