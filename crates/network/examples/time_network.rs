@@ -50,12 +50,20 @@ fn main() {
     let (chi, count) = solution.residuals.views.iter().fold((0.0, 0), |s, v| (s.0 + v.0, s.1 + v.1));
     println!("{cameras} cameras, {} views, {} stops, {count} coordinates", batch.views.len(), batch.motions.len() + 1);
     println!(
-        "{seconds:.1} s, {} steps, converged: {}, chi-square/coordinates {:.3}, mean camera error {mean:.4} m, peak memory {}",
+        "{seconds:.1} s, {} of the processors, {} steps, converged: {}, chi-square/coordinates {:.3}, mean camera error {mean:.4} m, peak memory {}",
+        on_processors(),
         solution.iterations,
         solution.converged,
         chi / count as f64,
         peak()
     );
+}
+
+/// Time of all threads since the start, that of making the problem included.
+fn on_processors() -> String {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let ticks: f64 = text.split_whitespace().skip(13).take(2).filter_map(|v| v.parse::<f64>().ok()).sum();
+    format!("{:.1} s", ticks / 100.0)
 }
 
 fn peak() -> String {
