@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -18,9 +18,8 @@ from groma.simulation import Depot, InDepot, Scenario, Tricycle, scenario
 from groma.vehicle import Vehicle
 
 Array = NDArray[np.float64]
-DriveName = Literal["survey", "path1", "path2", "path3", "path4", "halts"]
-DRIVES: tuple[DriveName, ...] = get_args(DriveName)
-PATHS: tuple[DriveName, ...] = DRIVES[1:5]
+DriveName = Literal["survey", "back", "path1", "path2", "path3", "path4", "halts"]
+PATHS: tuple[DriveName, ...] = ("path1", "path2", "path3", "path4")
 
 SIGMAS = {
     "drive_scale": 6e-6,

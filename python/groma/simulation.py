@@ -119,7 +119,7 @@ class Depot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reflectors: float
     """Share of the reflectors that hang."""
     drive: str
-    """``survey``, ``path1`` to ``path4`` or ``halts``."""
+    """``survey``, ``back``, ``path1`` to ``path4`` or ``halts``."""
 
 
 class InDepot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

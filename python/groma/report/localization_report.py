@@ -15,6 +15,8 @@ from groma.report.words import angle, count, duration, length, number, place
 
 ROWS = 60
 """Of a long table."""
+AT_ONCE = 0.1
+"""A start that took less way was found at once [m]."""
 
 FILES = {
     "report.html": "this page",
@@ -65,7 +67,7 @@ def localization_verdict(result: Localized) -> str:
         return "The vehicle was never found: no place of the map fits what it saw"
     known = result.status != "lost"
     sigma = length(float(np.median(result.sigma_position[known])))
-    found = f"found after {length(after)}, " if after > 0 else ""
+    found = "" if after == 0 else "found at once, " if after < AT_ONCE else f"found after {length(after)}, "
     lost = int(result.counts.get("times_lost", 0))
     losses = f"it was lost {count(lost, 'time')}" if lost else "it was never lost"
     share = 100 * float(np.mean(known))

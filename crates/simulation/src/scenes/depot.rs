@@ -5,7 +5,7 @@
 //! so that several are always in view. Of all marks a share hangs; those of a smaller share are among those of a larger.
 //! Pallets move from day to day, see [`super::stock`].
 //!
-//! Routes: one for the map (as the warehouse's own), four paths of 12, 12, 12 and 7 m (the lengths of F. Kallasi, thesis,
+//! Routes: one for the map (as the warehouse's own) and its way back, four paths of 12, 12, 12 and 7 m (the lengths of F. Kallasi, thesis,
 //! Parma 2017, table 5.6), and a round of ten halting points that is driven `ROUNDS` times.
 
 use super::stock::Stock;
@@ -53,6 +53,8 @@ pub struct Depot {
 pub enum DepotDrive {
     /// Through all aisles, to map them.
     Survey,
+    /// The same the other way round.
+    Back,
     /// 12 m along an aisle.
     Path1,
     /// 12 m out of an aisle into a lane.
@@ -104,12 +106,19 @@ fn route(drive: DepotDrive) -> Route {
     let (left, right) = LANES;
     match drive {
         DepotDrive::Survey => warehouse::route(),
+        DepotDrive::Back => back(),
         DepotDrive::Path1 => path(&[(12.0, aisle(1)), (24.0, aisle(1))]),
         DepotDrive::Path2 => path(&[(12.4, aisle(2)), (left, aisle(2)), (left, aisle(2) + 4.0)]),
         DepotDrive::Path3 => path(&[(right, aisle(3) + 6.5), (right, aisle(3)), (right - 6.3, aisle(3))]),
         DepotDrive::Path4 => path(&[(left, 22.5), (left, 29.5)]),
         DepotDrive::Halts => halts(),
     }
+}
+
+fn back() -> Route {
+    let points: Vec<_> =
+        warehouse::route().legs.into_iter().flat_map(|leg| leg.points).rev().map(|p| (p.x, p.y)).collect();
+    path(&points)
 }
 
 fn path(points: &[(f64, f64)]) -> Route {
