@@ -4,7 +4,8 @@
 
 Warehouse: the site of ``localization.py`` (map from poses by surveyed reflectors), another day with a tenth of the
 pallets moved. From each of PLACES scans, spread evenly over a drive through all aisles the other way round than mapped,
-which sways ``SWAY`` m to either side, the vehicle drives on until it says where it is, ``FAR`` m at most. Right: within ``NEAR`` m and ``TURNED`` degrees of the truth.
+which sways ``SWAY`` m to either side, the vehicle drives on until it says where it is, ``FAR`` m at most. Right: within
+``NEAR`` m and ``TURNED`` degrees of the truth.
 Intel (DATA/intel/derived/intel_raw3361.clf.gz): the first half of the log is mapped, the second half localized; errors
 are against the map of the whole log, whose frame is laid on that of the half such that the first half fits best.
 """
