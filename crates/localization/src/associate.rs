@@ -5,17 +5,20 @@
 //! 1. Where an observation and a landmark have only each other, the pairing is taken: reflectors first, then corners.
 //! 2. The pose, better known by what was taken, gates what is left again; by the chain rule of Gaussians,
 //!    `D^2(all) = D^2(first) + D^2(rest | first)`, this is the joint test, one pairing after the other.
-//! 3. The smallest component left is searched by JCBB, given what was taken; and again from 2.
+//! 3. The smallest component left is searched by JCBB, given what was taken; and again from 2. Where, given all other
+//!    pairings, an observation may still be one of several landmarks, it is taken with the mean of their innovations, and
+//!    their spread as further noise (probabilistic data association, Bar-Shalom, Tse 1975): landmarks close together
+//!    teach what they have in common, those far apart nearly nothing.
 //! 4. If all together fail the joint test, or more than half of the observations were ambiguous from the beginning, one
 //!    JCBB searches the whole scan instead.
 //!
 //! The joint state is used as a scratch pad and put back, unless what was learned is all there is to learn.
 
 use crate::jcbb::{Candidate, jcbb};
-use crate::joint::{Gain, Joint, Linear};
+use crate::joint::{Gain, Joint, Linear, inverse};
 use crate::options::Options;
 use groma_estimation::chi_square;
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 
 /// A pairing that was taken.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +28,8 @@ pub(crate) struct Pairing {
     pub linear: Linear,
     /// Covariance of the innovation before anything of the scan was learned.
     pub covariance: Matrix2<f64>,
+    /// As of the candidate.
+    pub doubt: Option<(Vector2<f64>, Matrix2<f64>)>,
     /// Squared distance given the pairings before.
     pub distance_sq: f64,
 }
@@ -56,9 +61,13 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
     pub fn run(&mut self, open: Vec<Open>) {
         let total = open.len();
         let before = self.joint.save_pose();
-        let ambiguous = total - certain(&open).iter().filter(|c| **c).count();
-        if 2 * ambiguous <= total {
-            self.by_stages(open.clone());
+        let sure = certain(&open).iter().filter(|c| **c).count();
+        if 2 * sure >= total {
+            if sure == total {
+                self.take_all(&open);
+            } else {
+                self.by_stages(open.clone());
+            }
             if self.passes_jointly() {
                 return;
             }
@@ -66,6 +75,13 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
             self.taken.clear();
         }
         self.search(open);
+    }
+
+    /// Takes the only candidate of each, reflectors first.
+    fn take_all(&mut self, open: &[Open]) {
+        for first in [true, false] {
+            open.iter().filter(|o| o.first == first).for_each(|o| self.take(o.observation, &o.candidates[0]));
+        }
     }
 
     fn by_stages(&mut self, mut open: Vec<Open>) {
@@ -88,16 +104,53 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
         }
     }
 
-    /// JCBB over some observations, given what was taken.
+    /// JCBB over some observations, given what was taken; what stays in doubt is taken with its doubt.
     fn search(&mut self, open: Vec<Open>) {
         let candidates: Vec<Vec<Candidate>> = open.iter().map(|o| o.candidates.clone()).collect();
         let found = jcbb(self.joint, &candidates, self.options.gate, self.options.max_nodes);
         self.cut_short |= !found.complete;
-        for (o, choice) in open.iter().zip(found.choice) {
-            if let Some(k) = choice {
-                self.accept(o.observation, &o.candidates[k], f64::INFINITY);
-            }
+        let pick = |(o, choice): (&Open, Option<usize>)| choice.map(|k| (o.observation, o.candidates[k]));
+        let chosen: Vec<(usize, Candidate)> = open.iter().zip(found.choice).filter_map(pick).collect();
+        let doubtful = |(observation, chosen_one): &(usize, Candidate)| {
+            let others = chosen.iter().filter(|(o, _)| o != observation).map(|(_, c)| *c).collect::<Vec<_>>();
+            let of = open.iter().find(|o| o.observation == *observation).map_or(&[][..], |o| &o.candidates);
+            (*observation, self.in_doubt(chosen_one, of, &others))
+        };
+        let taken: Vec<(usize, Candidate)> = chosen.iter().map(doubtful).collect();
+        for (observation, candidate) in taken {
+            self.accept(observation, &candidate, f64::INFINITY);
         }
+    }
+
+    /// A chosen candidate, its innovation the mean over all that are still possible given the other pairings, and its noise
+    /// larger by their spread.
+    fn in_doubt(&self, chosen: &Candidate, all: &[Candidate], others: &[Candidate]) -> Candidate {
+        let free = |c: &&Candidate| others.iter().all(|o| o.landmark != c.landmark) && !self.is_taken(c.landmark);
+        if all.len() < 2 || all.iter().filter(free).count() < 2 {
+            return *chosen;
+        }
+        let mut given = self.joint.clone();
+        for o in others.iter().filter(|o| (self.holds)(o.landmark)) {
+            given.update(&o.linear, Gain::Pose, f64::INFINITY);
+        }
+        let weighed: Vec<(f64, Vector2<f64>)> = all.iter().filter(free).filter_map(|c| weight(&given, c)).collect();
+        let total: f64 = weighed.iter().map(|(w, _)| w).sum();
+        if total <= 0.0 {
+            return *chosen;
+        }
+        let mean = weighed.iter().map(|(w, v)| v * *w).sum::<Vector2<f64>>() / total;
+        let spread =
+            weighed.iter().map(|(w, v)| (v - mean) * (v - mean).transpose() * *w).sum::<Matrix2<f64>>() / total;
+        let mut blurred = *chosen;
+        let offset = mean - given.innovation(&chosen.linear);
+        blurred.linear.residual += offset;
+        blurred.linear.noise += spread;
+        blurred.doubt = Some((offset, spread));
+        blurred
+    }
+
+    fn is_taken(&self, landmark: usize) -> bool {
+        self.taken.iter().any(|p| p.landmark == landmark)
     }
 
     /// Takes a pairing if it still passes the gate.
@@ -106,15 +159,14 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
     }
 
     fn accept(&mut self, observation: usize, candidate: &Candidate, gate: f64) {
-        let Some(distance_sq) = self.joint.distance_sq(&candidate.linear) else { return };
-        if distance_sq > gate {
-            return;
-        }
-        if (self.holds)(candidate.landmark) {
-            self.joint.update(&candidate.linear, Gain::Pose);
-        }
-        let Candidate { landmark, linear, covariance, .. } = *candidate;
-        self.taken.push(Pairing { observation, landmark, linear, covariance, distance_sq });
+        let distance_sq = if (self.holds)(candidate.landmark) {
+            self.joint.update(&candidate.linear, Gain::Pose, gate)
+        } else {
+            self.joint.distance_sq(&candidate.linear).filter(|d_sq| *d_sq <= gate)
+        };
+        let Some(distance_sq) = distance_sq else { return };
+        let Candidate { landmark, linear, covariance, doubt, .. } = *candidate;
+        self.taken.push(Pairing { observation, landmark, linear, covariance, doubt, distance_sq });
     }
 
     /// What the better pose leaves of the candidates.
@@ -135,10 +187,23 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
     }
 }
 
+/// Likelihood of a candidate and its innovation.
+fn weight(given: &Joint, candidate: &Candidate) -> Option<(f64, Vector2<f64>)> {
+    let v = given.innovation(&candidate.linear);
+    let s = given.innovation_covariance(&candidate.linear);
+    let d_sq = v.dot(&(inverse(&s)? * v));
+    Some(((-0.5 * d_sq).exp() / s.determinant().sqrt(), v))
+}
+
 /// For each observation whether it and a landmark have only each other.
 fn certain(open: &[Open]) -> Vec<bool> {
-    let count = |landmark: usize| open.iter().flat_map(|o| &o.candidates).filter(|c| c.landmark == landmark).count();
-    open.iter().map(|o| o.candidates.len() == 1 && count(o.candidates[0].landmark) == 1).collect()
+    let mut all: Vec<usize> = open.iter().flat_map(|o| &o.candidates).map(|c| c.landmark).collect();
+    all.sort_unstable();
+    let once = |landmark: usize| {
+        let at = all.partition_point(|l| *l < landmark);
+        all.get(at + 1) != Some(&landmark)
+    };
+    open.iter().map(|o| o.candidates.len() == 1 && once(o.candidates[0].landmark)).collect()
 }
 
 /// The component with the fewest observations, and the rest.

@@ -110,7 +110,7 @@ impl Gating<'_> {
     fn gated(&self, landmark: usize, linear: Linear) -> Option<Candidate> {
         let covariance = self.joint.innovation_covariance(&linear);
         let distance_sq = linear.residual.dot(&(inverse(&covariance)? * linear.residual));
-        (distance_sq <= self.gate).then_some(Candidate { landmark, linear, covariance, distance_sq })
+        (distance_sq <= self.gate).then_some(Candidate { landmark, linear, covariance, distance_sq, doubt: None })
     }
 }
 

@@ -38,6 +38,8 @@ pub(crate) struct Candidate {
     pub covariance: Matrix2<f64>,
     /// Squared Mahalanobis distance of its own.
     pub distance_sq: f64,
+    /// Which of several it is stays open: what that has added to the residual and to the noise.
+    pub doubt: Option<(Vector2<f64>, Matrix2<f64>)>,
 }
 
 /// For each observation the candidate chosen, by place.
@@ -248,7 +250,13 @@ mod tests {
                 let linear = linearize(&view, &o, points[slot], Some(slot), &Matrix2::zeros())?;
                 let distance_sq = joint.distance_sq(&linear)?;
                 let covariance = joint.innovation_covariance(&linear);
-                (distance_sq < gate).then_some(Candidate { landmark: slot, linear, covariance, distance_sq })
+                (distance_sq < gate).then_some(Candidate {
+                    landmark: slot,
+                    linear,
+                    covariance,
+                    distance_sq,
+                    doubt: None,
+                })
             };
             (0..points.len()).filter_map(of).collect()
         };

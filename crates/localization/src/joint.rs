@@ -23,6 +23,7 @@ use crate::measurement::Begun;
 use crate::symmetric::Symmetric;
 use groma_geometry::Se2;
 use nalgebra::{DMatrix, Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
+use std::ops::Range;
 
 /// Parameters of the drive, as `groma-models` orders them.
 pub const DRIVE: usize = 5;
@@ -157,16 +158,24 @@ impl Joint {
             own = cross + cross.transpose() + step.by_drive * p_cc * step.by_drive.transpose();
         }
         for j in 3..size {
-            let column = Vector3::new(self.covariance.at(0, j), self.covariance.at(1, j), self.covariance.at(2, j));
-            let mut moved = f * column;
+            let mut moved = f * self.pose_column(j);
             if self.calibration > 0 {
                 let drive = SMatrix::<f64, DRIVE, 1>::from_fn(|c, _| self.covariance.at(3 + c, j));
                 moved += with_calibration * drive;
             }
-            (0..3).for_each(|i| self.covariance.set(i, j, moved[i]));
+            self.set_pose_column(j, &moved);
         }
         self.set_pose_covariance(&(f * before * f.transpose() + own + step.covariance));
         self.pose = self.pose * step.motion;
+    }
+
+    /// Covariance of the pose with row `j`.
+    fn pose_column(&self, j: usize) -> Vector3<f64> {
+        Vector3::new(self.covariance.at(0, j), self.covariance.at(1, j), self.covariance.at(2, j))
+    }
+
+    fn set_pose_column(&mut self, j: usize, column: &Vector3<f64>) {
+        (0..3).for_each(|i| self.covariance.row_mut(i)[j] = column[i]);
     }
 
     fn set_pose_covariance(&mut self, p: &Matrix3<f64>) {
@@ -193,7 +202,9 @@ impl Joint {
     /// Undoes updates of [`Gain::Pose`] since the save; landmarks inserted since then stay, independent of the pose.
     pub(crate) fn restore_pose(&mut self, saved: &Saved) {
         for (i, row) in saved.rows.iter().enumerate() {
-            (0..self.covariance.size()).for_each(|j| self.covariance.set(i, j, row.get(j).copied().unwrap_or(0.0)));
+            let target = self.covariance.row_mut(i);
+            target[..row.len()].copy_from_slice(row);
+            target[row.len()..].fill(0.0);
             self.shift[i] = saved.shift[i];
         }
     }
@@ -234,8 +245,8 @@ impl Joint {
 
     /// Row `k` of `J P_start..start+3`.
     fn combine(&self, start: usize, j: &Matrix2x3<f64>, k: usize) -> Vec<f64> {
-        let rows = [start, start + 1, start + 2].map(|r| self.covariance.row(r));
-        (0..self.covariance.size()).map(|c| (0..3).map(|r| j[(k, r)] * rows[r][c]).sum()).collect()
+        let entry = |c: usize| (0..3).map(|r| j[(k, r)] * self.covariance.at(start + r, c)).sum();
+        (0..self.covariance.size()).map(entry).collect()
     }
 
     /// Covariance of a landmark from its rows with all that it depends on.
@@ -326,34 +337,82 @@ impl Joint {
         Some(v.dot(&(inverse * v)))
     }
 
-    /// Learns from a sighting; nothing happens where the innovation's covariance is not positive definite.
-    pub(crate) fn update(&mut self, m: &Linear, gain: Gain) {
+    /// Learns from a sighting, if its innovation passes the gate; its squared Mahalanobis distance then.
+    pub(crate) fn update(&mut self, m: &Linear, gain: Gain, gate: f64) -> Option<f64> {
         let v = self.innovation(m);
-        let Some(s_inverse) = inverse(&self.innovation_covariance(m)) else { return };
+        let s_inverse = inverse(&self.innovation_covariance(m))?;
+        let distance_sq = v.dot(&(s_inverse * v));
+        if distance_sq > gate {
+            return None;
+        }
         self.project(m);
-        let before = self.local(m);
         let [first, second] = std::mem::take(&mut self.projected);
-        let landmark = m.landmark.map(|(slot, _)| self.row_of(slot));
-        let all = self.row_of(0)..self.covariance.size();
-        let (pose, moved) = match gain {
-            Gain::Pose => (0..3, 0..0),
-            Gain::Landmark => (0..0, landmark.map_or(0..0, |row| row..row + 2)),
-            Gain::PoseAndLandmark => (0..3, landmark.map_or(0..0, |row| row..row + 2)),
-            Gain::All => (0..3, all),
-        };
-        for i in pose.clone().chain(moved.clone()) {
+        let (pose, moved) = self.movable(m, gain);
+        let joseph = (!pose.is_empty()).then(|| self.joseph(m, &s_inverse, &first, &second));
+        for i in pose.chain(moved.clone()) {
             let k = s_inverse * Vector2::new(first[i], second[i]);
             let row = self.covariance.row_mut(i);
             row.iter_mut().zip(&first).zip(&second).for_each(|((p, a), b)| *p -= k.x * a + k.y * b);
             self.shift[i] += k.dot(&v);
         }
         // The mirror image after all rows: where both move, each row has the whole change.
-        pose.clone().chain(moved).for_each(|i| self.covariance.mirror(i));
-        if !pose.is_empty() {
-            let k = SMatrix::<f64, 3, 2>::from_fn(|i, j| Vector2::new(first[i], second[i]).dot(&s_inverse.column(j)));
-            self.set_pose_covariance(&joseph(&before, &k, m));
+        for i in moved {
+            self.covariance.mirror(i);
+            let row = s_inverse * Vector2::new(first[i], second[i]);
+            if gain == Gain::Landmark {
+                (0..3).for_each(|j| self.covariance.row_mut(j)[i] -= row.x * first[j] + row.y * second[j]);
+            }
+        }
+        if let Some(covariance) = joseph {
+            self.set_pose_covariance(&covariance);
         }
         self.projected = [first, second];
+        Some(distance_sq)
+    }
+
+    /// Rows of the pose and of landmarks that move.
+    fn movable(&self, m: &Linear, gain: Gain) -> (Range<usize>, Range<usize>) {
+        let landmark = || m.landmark.map_or(0..0, |(slot, _)| self.row_of(slot)..self.row_of(slot) + 2);
+        match gain {
+            Gain::Pose => (0..3, 0..0),
+            Gain::Landmark => (0..0, landmark()),
+            Gain::PoseAndLandmark => (0..3, landmark()),
+            Gain::All => (0..3, self.row_of(0)..self.covariance.size()),
+        }
+    }
+
+    /// The pose's covariance after a sighting.
+    fn joseph(&self, m: &Linear, s_inverse: &Matrix2<f64>, first: &[f64], second: &[f64]) -> Matrix3<f64> {
+        let k = SMatrix::<f64, 3, 2>::from_fn(|i, j| Vector2::new(first[i], second[i]).dot(&s_inverse.column(j)));
+        let landmark = m.landmark.map(|(slot, h)| (self.row_of(slot), h));
+        if self.calibration > 0 {
+            let mut h = SMatrix::<f64, 2, 8>::zeros();
+            h.fixed_view_mut::<2, 3>(0, 5).copy_from(&m.by_mount);
+            self.joseph_of(h, [3 + DRIVE, 4 + DRIVE, 5 + DRIVE].as_slice(), m, landmark, &k)
+        } else {
+            self.joseph_of(SMatrix::<f64, 2, 5>::zeros(), &[], m, landmark, &k)
+        }
+    }
+
+    /// The pose's block of `A P A^T + K R K^T`, `A = I - K H`, over N rows: pose, landmark, and the rows of `more`.
+    fn joseph_of<const N: usize>(
+        &self,
+        mut h: SMatrix<f64, 2, N>,
+        more: &[usize],
+        m: &Linear,
+        landmark: Option<(usize, Matrix2<f64>)>,
+        k: &SMatrix<f64, 3, 2>,
+    ) -> Matrix3<f64> {
+        h.fixed_view_mut::<2, 3>(0, 0).copy_from(&m.by_pose);
+        let mut at = [0, 1, 2, 0, 0, 0, 0, 0];
+        if let Some((row, by_landmark)) = landmark {
+            h.fixed_view_mut::<2, 2>(0, 3).copy_from(&by_landmark);
+            (at[3], at[4]) = (row, row + 1);
+        }
+        at[5..5 + more.len()].copy_from_slice(more);
+        let p = SMatrix::<f64, N, N>::from_fn(|i, j| self.covariance.at(at[i], at[j]));
+        let a = SMatrix::<f64, 3, N>::identity() - k * h;
+        a * p * a.transpose() + k * m.noise * k.transpose()
     }
 
     /// `H P` into `projected`.
@@ -364,30 +423,21 @@ impl Joint {
         for (k, out) in projected.iter_mut().enumerate() {
             out.clear();
             out.resize(size, 0.0);
+            let mut add = |row: usize, by: f64| {
+                let head = [0, 1, 2].map(|j| by * self.covariance.at(row, j));
+                let tail = &self.covariance.row(row)[3..];
+                out[3..].iter_mut().zip(tail).for_each(|(o, p)| *o += by * p);
+                (0..3).for_each(|j| out[j] += head[j]);
+            };
             for (row, h) in &blocks[..count] {
-                (0..3).for_each(|r| add_scaled(out, self.covariance.row(row + r), h[(k, r)]));
+                (0..3).for_each(|r| add(row + r, h[(k, r)]));
             }
             if let Some((slot, h)) = &m.landmark {
                 let row = self.row_of(*slot);
-                (0..2).for_each(|r| add_scaled(out, self.covariance.row(row + r), h[(k, r)]));
+                (0..2).for_each(|r| add(row + r, h[(k, r)]));
             }
         }
         self.projected = projected;
-    }
-
-    /// Covariance of what a sighting depends on: pose, mount, landmark (zeros where there is none).
-    fn local(&self, m: &Linear) -> SMatrix<f64, 8, 8> {
-        let mut at = [usize::MAX; 8];
-        (0..3).for_each(|k| at[k] = k);
-        if self.calibration > 0 {
-            (0..3).for_each(|k| at[3 + k] = 3 + DRIVE + k);
-        }
-        if let Some((slot, _)) = m.landmark {
-            (0..2).for_each(|k| at[6 + k] = self.row_of(slot) + k);
-        }
-        let entry =
-            |i: usize, j: usize| (at[i] != usize::MAX && at[j] != usize::MAX).then(|| self.covariance.at(at[i], at[j]));
-        SMatrix::from_fn(|i, j| entry(i, j).unwrap_or(0.0))
     }
 
     /// Moves the means by what was learned, and the perturbation to the new pose: `P <- Jr P Jr^T`.
@@ -397,8 +447,8 @@ impl Joint {
         self.pose = self.pose.plus(delta);
         let own = j * self.pose_covariance() * j.transpose();
         for c in 3..self.covariance.size() {
-            let column = j * Vector3::new(self.covariance.at(0, c), self.covariance.at(1, c), self.covariance.at(2, c));
-            (0..3).for_each(|i| self.covariance.set(i, c, column[i]));
+            let column = j * self.pose_column(c);
+            self.set_pose_column(c, &column);
         }
         self.set_pose_covariance(&own);
         for slot in 0..self.points.len() {
@@ -407,22 +457,6 @@ impl Joint {
         }
         self.shift.fill(0.0);
     }
-}
-
-/// The pose's block of `A P A^T + K R K^T`, `A = I - K H` in the rows of the pose.
-fn joseph(p: &SMatrix<f64, 8, 8>, k: &SMatrix<f64, 3, 2>, m: &Linear) -> Matrix3<f64> {
-    let mut h = SMatrix::<f64, 2, 8>::zeros();
-    h.fixed_view_mut::<2, 3>(0, 0).copy_from(&m.by_pose);
-    h.fixed_view_mut::<2, 3>(0, 3).copy_from(&m.by_mount);
-    if let Some((_, by_landmark)) = &m.landmark {
-        h.fixed_view_mut::<2, 2>(0, 6).copy_from(by_landmark);
-    }
-    let a = SMatrix::<f64, 3, 8>::identity() - k * h;
-    a * p * a.transpose() + k * m.noise * k.transpose()
-}
-
-fn add_scaled(out: &mut [f64], row: &[f64], by: f64) {
-    out.iter_mut().zip(row).for_each(|(o, r)| *o += by * r);
 }
 
 /// The inverse of a symmetric matrix, if it is positive definite.

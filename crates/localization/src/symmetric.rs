@@ -1,7 +1,12 @@
 //! A symmetric matrix that grows and shrinks at its end, stored whole, row by row.
 //!
-//! Both triangles are kept so that a row is one slice: the filter's work is sums of rows. Growing keeps the stride until
-//! it is full, then doubles it, so that a filter in steady state allocates nothing.
+//! Both triangles are kept so that a row is one slice: the filter's work is sums of rows. The first `HEAD` rows, those of the
+//! pose, change with every sighting; their mirror image is not kept up: what stands there in the other rows is void, and
+//! [`Symmetric::at`] does not read it. Growing keeps the stride until it is full, then doubles it, so that a filter in steady
+//! state allocates nothing.
+
+/// Rows whose mirror image is void.
+pub(crate) const HEAD: usize = 3;
 
 /// A symmetric matrix of changing size.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +31,7 @@ impl Symmetric {
 
     /// One entry.
     pub fn at(&self, i: usize, j: usize) -> f64 {
-        self.data[i * self.stride + j]
+        if j < HEAD { self.data[j * self.stride + i] } else { self.data[i * self.stride + j] }
     }
 
     /// Sets an entry and its mirror image.
@@ -35,7 +40,7 @@ impl Symmetric {
         self.data[j * self.stride + i] = value;
     }
 
-    /// A row.
+    /// A row; below the head its first `HEAD` entries are void.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.data[i * self.stride..i * self.stride + self.size]
     }
@@ -45,9 +50,9 @@ impl Symmetric {
         &mut self.data[i * self.stride..i * self.stride + self.size]
     }
 
-    /// Copies row `i` into column `i`.
+    /// Copies row `i` into column `i`, the head left out.
     pub fn mirror(&mut self, i: usize) {
-        for j in 0..self.size {
+        for j in HEAD..self.size {
             self.data[j * self.stride + i] = self.data[i * self.stride + j];
         }
     }
@@ -80,6 +85,7 @@ impl Symmetric {
             let (to, from) = (start + k, last + k);
             // The row first, then its image; what belongs to the removed rows is overwritten or cut off.
             self.data.copy_within(from * self.stride..from * self.stride + self.size, to * self.stride);
+            (0..HEAD).for_each(|h| self.data[h * self.stride + to] = self.data[h * self.stride + from]);
             let own = self.at(from, from);
             self.mirror(to);
             self.data[to * self.stride + to] = own;
@@ -115,6 +121,7 @@ mod tests {
     fn removal_moves_the_last_into_the_hole() {
         let mut m = numbered(9);
         m.swap_remove(3, 2);
+        assert_eq!(m.at(1, 3), m.at(3, 1));
         // 7 and 8 now stand at 3 and 4.
         let old = [0, 1, 2, 7, 8, 5, 6];
         let before = numbered(9);
@@ -126,6 +133,6 @@ mod tests {
         m.swap_remove(5, 2);
         assert_eq!((m.size(), m.at(4, 3)), (5, before.at(8, 7)));
         m.grow(2);
-        assert!(m.row(6).iter().all(|v| *v == 0.0) && m.at(4, 3) == before.at(8, 7));
+        assert!((0..7).all(|j| m.at(6, j) == 0.0 && m.at(j, 6) == 0.0) && m.at(4, 3) == before.at(8, 7));
     }
 }

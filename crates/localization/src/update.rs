@@ -112,7 +112,14 @@ impl Localizer {
         let wanted = |o: &Observation| self.options.mode != Mode::Reflectors || o.kind == LandmarkKind::Reflector;
         let usable = observations.iter().enumerate();
         let usable = usable.filter(|(_, o)| o.is_usable() && o.polar.x <= self.options.range_max && wanted(o));
-        usable.map(|(k, o)| (k, Sighted { observation: o, laser: self.laser_at(o.stamp) })).collect()
+        let mut last = (f64::NAN, Se2::IDENTITY); // beams of one time share the place
+        let mut laser = |stamp: f64| {
+            if stamp != last.0 {
+                last = (stamp, self.laser_at(stamp));
+            }
+            last.1
+        };
+        usable.map(|(k, o)| (k, Sighted { observation: o, laser: laser(o.stamp) })).collect()
     }
 
     /// What each observation may be; every landmark that one may be has a slot.
@@ -168,7 +175,7 @@ impl Localizer {
             for (pairing, gain) in pairings.iter().zip(gains) {
                 let linear =
                     if far { self.anew(pairing, &sighted[pairing.observation].1, moved) } else { pairing.linear };
-                self.joint.update(&linear, gain);
+                self.joint.update(&linear, gain, f64::INFINITY);
             }
         }
         self.joint.settle();
@@ -196,6 +203,10 @@ impl Localizer {
             linear.by_pose *= Se2::right_jacobian(moved);
             linear.residual += linear.by_pose * moved;
             linear.residual.y = wrap(linear.residual.y);
+            if let Some((offset, spread)) = pairing.doubt {
+                linear.residual += offset;
+                linear.noise += spread;
+            }
             linear
         })
     }

@@ -3,6 +3,8 @@
 //! NEES of 3 degrees of freedom; the mean of R independent runs at one time is chi-square with 3 R degrees of freedom over
 //! R (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to tracking and navigation", 2001, 5.4.2).
 
+#![allow(clippy::unwrap_used)] // helpers of tests may fail loudly
+
 mod drive;
 
 use drive::{Draw, Hall, Wheels, nees, step};
