@@ -133,6 +133,26 @@ def vehicle_closed_form(
     centres: bool,
     trim: tuple[int, float],
 ) -> tuple[list[tuple[str, float]], list[int]] | None: ...
+def vehicle_plan_defaults() -> tuple[str, str]: ...
+def vehicle_plan(
+    model: str,
+    parameters: dict[str, float],
+    free: list[str],
+    sigmas: dict[str, float],
+    noise: str,
+    limits: str,
+    room: tuple[list[tuple[float, float]], tuple[float, float, float]] | None,
+) -> tuple[list[tuple[float, ...]], list[tuple[str, float]], float, float]: ...
+def vehicle_grid(
+    model: str,
+    parameters: dict[str, float],
+    free: list[str],
+    sigmas: dict[str, float],
+    noise: str,
+    limits: str,
+    count: int,
+    turn: float,
+) -> tuple[list[tuple[float, ...]], tuple[float, float] | None]: ...
 
 class GlarotSignature:
     def __new__(cls, points: NDArray[np.float64], options: str) -> GlarotSignature: ...

@@ -260,6 +260,15 @@ def calibration_defaults() -> dict[str, object]:
     return defaults
 
 
+def interval_factor(confidence: float, dof: int | None, claims: int = 1) -> float:
+    """Return the half-width of an interval over the standard deviation.
+
+    Student's quantile for ``dof`` degrees of freedom, the normal one for None; ``claims`` intervals are to hold at once
+    (Bonferroni).
+    """
+    return _core.interval_factor(confidence, dof, claims)
+
+
 def calibrate(
     model: Model | Literal["auto"],
     log: OdometryLog,

@@ -124,7 +124,7 @@ fn blocks(array: ArrayView3<'_, f64>) -> Vec<Matrix3<f64>> {
     (0..array.shape()[0]).map(|k| Matrix3::from_fn(|r, c| array[(k, r, c)])).collect()
 }
 
-fn to_model(name: Option<&str>) -> PyResult<Option<Model>> {
+pub(crate) fn to_model(name: Option<&str>) -> PyResult<Option<Model>> {
     let Some(name) = name else { return Ok(None) };
     let known = Model::ALL.iter().find(|m| m.name() == name).copied();
     known.map(Some).ok_or_else(|| {
@@ -133,7 +133,7 @@ fn to_model(name: Option<&str>) -> PyResult<Option<Model>> {
     })
 }
 
-fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
+pub(crate) fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 

@@ -12,6 +12,7 @@ mod pose_graph;
 mod recognition;
 mod rendering;
 mod simulation;
+mod vehicle_plan;
 mod vision;
 
 use pyo3::prelude::*;
@@ -31,5 +32,6 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     rendering::register(m)?;
     simulation::register(m)?;
     vision::register(m)?;
+    vehicle_plan::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -65,6 +65,9 @@ impl Whitener {
     pub fn new(scatter: &Scatter) -> Option<Self> {
         let Some(couplings) = &scatter.couplings else {
             let inverse = |s: &Matrix3<f64>| inverse_factor(s);
+            if let (true, Some(block)) = (scatter.common, scatter.blocks.first()) {
+                return Some(Self { inverses: vec![inverse(block)?; scatter.blocks.len()], lower: None });
+            }
             return Some(Self { inverses: scatter.blocks.iter().map(inverse).collect::<Option<_>>()?, lower: None });
         };
         let mut inverses: Vec<Matrix3<f64>> = Vec::with_capacity(scatter.blocks.len());

@@ -4,11 +4,12 @@
 //!
 //! ```text
 //! d^2 = r^T S^-1 r,     w = (tail + 3)/(tail + d^2/s^2)
-//! s^2 = mean(w d^2)/3   or, where one S is estimated,   S = mean(w r r^T)
+//! s^2 = sum(w d^2)/(3 sum(w))   or, where one S is estimated,   S = sum(w r r^T)/sum(w)
 //! ```
 //!
 //! and a weighted step, in turn until nothing moves. The likelihood rises in every turn. With couplings r is what a
-//! residual has beyond what the one before tells of it, and S its covariance.
+//! residual has beyond what the one before tells of it, and S its covariance. The divisor `sum(w)`, which is the number
+//! of residuals in the end, makes this a few turns (Kent, Tyler, Vardi, Comm. Statist. Simul. 23 (1994)).
 //! Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", JASA 84 (1989).
 
 use super::likelihood::{self, Row, Whitener};
@@ -99,17 +100,17 @@ impl Problem<'_> {
     /// # Errors
     /// [`Error::Degenerate`] when the stated covariance of the motions, with its couplings, is none.
     pub fn estimate(&self, start: Vehicle) -> Result<Fit, Error> {
-        let segments = Segments::new(self.log, &self.motions.motions, start.delay);
-        let mut state = self.state(start, segments);
+        let mut state = self.state(start, self.read(&start));
         let mut noise = Noise::new(self.scatter(&state), state.rows.len())?;
         let (mut turns, mut converged) = (0, false);
         while turns < TURNS && !converged {
             if turns > 0 && turns < NOISE_TURNS && !noise.scatter.common {
-                noise = Noise { whitener: whitener(&self.scatter(&state))?, scatter: self.scatter(&state), ..noise };
+                let scatter = self.scatter(&state);
+                noise = Noise { whitener: whitener(&scatter)?, scatter, ..noise };
             }
             let before = noise.scale_sq;
             self.expect(&state, &mut noise, turns == 0)?;
-            let (next, length_sq, moved) = self.improve(&state, &noise)?;
+            let (next, length_sq, moved) = self.improve(state, &noise);
             state = next;
             turns += 1;
             let settled = !self.options.robust || (noise.scale_sq / before - 1.0).abs() < SETTLED;
@@ -140,21 +141,22 @@ impl Problem<'_> {
             let weight = |d_sq: &f64| (self.options.tail + RESIDUAL) / (self.options.tail + d_sq / noise.scale_sq);
             noise.weights = d_sq.iter().map(weight).collect();
         }
+        let total: f64 = noise.weights.iter().sum();
         if noise.scatter.common {
-            let outer = |(r, w): (&Vector3<f64>, &f64)| r * r.transpose() * (*w / count);
+            let outer = |(r, w): (&Vector3<f64>, &f64)| r * r.transpose() * (*w / total);
             let mean: Matrix3<f64> = residuals.iter().zip(&noise.weights).map(outer).sum();
             let floor = FLOOR + RELATIVE_FLOOR * mean.trace();
             noise.scatter.blocks.fill(mean + Matrix3::identity() * floor);
             noise.whitener = whitener(&noise.scatter)?;
         } else {
-            let total: f64 = noise.weights.iter().zip(&d_sq).map(|(w, d)| w * d).sum();
-            noise.scale_sq = (total / (RESIDUAL * count)).max(f64::MIN_POSITIVE);
+            let squares: f64 = noise.weights.iter().zip(&d_sq).map(|(w, d)| w * d).sum();
+            noise.scale_sq = (squares / (RESIDUAL * total)).max(f64::MIN_POSITIVE);
         }
         Ok(())
     }
 
     /// A step that does not make the weighted fit worse; its squared length in standard deviations, and in numbers.
-    fn improve(&self, state: &State, noise: &Noise) -> Result<(State, f64, f64), Error> {
+    fn improve(&self, state: State, noise: &Noise) -> (State, f64, f64) {
         let white = noise.white(&state.rows);
         let (normal, gradient) = likelihood::normal(&white);
         let at = state.vehicle.to_full();
@@ -162,31 +164,31 @@ impl Problem<'_> {
         let length_sq = (self.layout.reduced(&normal) * &step).dot(&step);
         let before: f64 = white.iter().map(|row| row.residual.norm_squared()).sum();
         for _ in 0..HALVINGS {
-            if length_sq < SMALL || self.cost(state, noise, &self.layout.moved(&at, &step)) <= before {
+            if length_sq < SMALL || self.cost(&state, noise, &self.layout.moved(&at, &step)) <= before {
                 break;
             }
             step *= 0.5;
         }
         let vehicle = state.vehicle.with_full(&self.layout.moved(&at, &step));
         let moved = step.component_div(&self.layout.useless(&at)).amax();
-        let segments = self.segments(state, &vehicle);
-        Ok((self.state(vehicle, segments), length_sq, moved))
+        let again = self.layout.is_free(DELAY);
+        let segments = if again { self.read(&vehicle) } else { state.segments };
+        (self.state(vehicle, segments), length_sq, moved)
     }
 
     /// Weighted squares at other parameters.
     fn cost(&self, state: &State, noise: &Noise, at: &Full) -> f64 {
         let vehicle = state.vehicle.with_full(at);
-        let residuals = likelihood::residuals(&vehicle, &self.segments(state, &vehicle), self.motions);
+        let read = self.layout.is_free(DELAY).then(|| self.read(&vehicle));
+        let segments = read.as_ref().unwrap_or(&state.segments);
+        let residuals = likelihood::residuals(&vehicle, segments, self.motions);
         let white = noise.whitener.columns(&residuals);
         white.iter().zip(&noise.weights).map(|(y, w)| w * y.norm_squared()).sum()
     }
 
-    /// The steps at a vehicle's delay, read again only where that is free.
-    fn segments(&self, state: &State, vehicle: &Vehicle) -> Segments {
-        if self.layout.is_free(DELAY) {
-            return Segments::new(self.log, &self.motions.motions, vehicle.delay);
-        }
-        state.segments.clone()
+    /// The steps at a vehicle's delay.
+    fn read(&self, vehicle: &Vehicle) -> Segments {
+        Segments::new(self.log, &self.motions.motions, vehicle.delay)
     }
 
     fn finish(&self, state: State, mut noise: Noise, turns: usize, converged: bool) -> Result<Fit, Error> {

@@ -31,6 +31,8 @@ const CORRELATION_MAX: f64 = 0.97;
 const MEMORY: f64 = 6.0;
 /// Lags as a share of the motions, at most.
 const LAGS_SHARE: f64 = 0.25;
+/// Share of the information below which B is none.
+const LEAST_CURVATURE: f64 = 0.05;
 /// Motions per parameter from which scores tell their own scatter.
 pub const ENOUGH: usize = 6;
 
@@ -67,7 +69,8 @@ fn sandwich(problem: &Problem<'_>, fit: &Fit) -> Bread {
     let (layout, scores) = (problem.layout, scores(problem.layout, &fit.white));
     let normal = layout.reduced(&likelihood::normal(&fit.white).0) / fit.noise.scale_sq;
     let own: DMatrix<f64> = outer(&scores, 0) / fit.noise.scale_sq.powi(2);
-    let bread = if problem.options.robust { normal - &own * (2.0 / (problem.options.tail + RESIDUAL)) } else { normal };
+    let tail = problem.options.tail + RESIDUAL;
+    let bread = if problem.options.robust { curved(normal, &own, tail) } else { normal };
     let lags = lags(&scores, least);
     let mut middle = own;
     for j in 1..=lags {
@@ -78,6 +81,13 @@ fn sandwich(problem: &Problem<'_>, fit: &Fit) -> Bread {
     let (count, free) = (fit.numbers() as f64, layout.len() as f64);
     let few = count / (count - free).max(1.0) * fixed_bandwidth(lags as f64 / scores.len() as f64).powi(2);
     Bread { bread, middle: middle * few, lags }
+}
+
+/// B, or the information where residuals without scatter leave none of it.
+fn curved(normal: DMatrix<f64>, own: &DMatrix<f64>, tail: f64) -> DMatrix<f64> {
+    let bread = &normal - own * (2.0 / tail);
+    let holds = (&bread - &normal * LEAST_CURVATURE).cholesky().is_some();
+    if holds { bread } else { normal }
 }
 
 /// B and M as multiples of the information without weights.

@@ -1,0 +1,3 @@
+//! Where to drive such that what is calibrated or mapped becomes as accurate as asked for in the least distance.
+
+pub mod vehicle;

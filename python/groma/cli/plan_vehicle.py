@@ -1,0 +1,197 @@
+"""`groma plan vehicle`: which arcs to drive to calibrate a vehicle."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, cast
+
+import numpy as np
+from cyclopts import Parameter
+
+from groma.calibration import interval_factor
+from groma.errors import UserError
+from groma.io.atomic import write_text
+from groma.io.quantities import amounts
+from groma.io.results import point_latest, result_directory
+from groma.io.vehicle_file import read_vehicle
+from groma.report.plan_figure import plan_picture
+from groma.vehicle_plan import Array, PlanLimits, VehiclePlan, plan_limits, plan_vehicle, thesis_grid
+
+
+def vehicle(
+    *,
+    tolerance: str,
+    vehicle: Annotated[Path | None, Parameter(alias="-v")] = None,
+    wheelbase: float | None = None,
+    laser: str = "0,0,0",
+    floor: str = "",
+    footprint: str = "",
+    free: str = "",
+    alpha_min: float | None = None,
+    alpha_max: float | None = None,
+    beta_max: float | None = None,
+    path_max: float | None = None,
+    speed: float | None = None,
+    acceleration_max: float | None = None,
+    overhead: float | None = None,
+    nseg: int | None = None,
+    output: Annotated[Path | None, Parameter(alias="-o")] = None,
+) -> None:
+    """Plan the arcs that calibrate a vehicle in the least time: a table, plan.csv and plan.png.
+
+    groma plan vehicle --wheelbase 1.5 --tolerance laser_x=1mm,laser_y=1mm,drive_scale=0.02% --path-max 4
+
+    Parameters
+    ----------
+    tolerance
+        Half-widths of 95 % intervals wanted, as name=number with mm, m, deg, rad or %, separated by commas.
+    vehicle
+        vehicle.toml, about: of a calibration before, or from the drawing.
+    wheelbase
+        Of a tricycle, instead of a file [m].
+    laser
+        Where the laser sits about, instead of a file: x,y,yaw [m, m, deg].
+    floor
+        Corners of the floor, as "0,0 10,0 10,8 0,8" or a CSV file of x,y lines [m]; room enough when left out.
+    footprint
+        Reach of the vehicle on the floor ahead of its base, behind it, and to either side: front,rear,side [m].
+    free
+        What is estimated too: wheelbase, gain, separated by commas.
+    alpha_min
+        Least steering angle to either side [deg].
+    alpha_max
+        Largest steering angle to either side [deg].
+    beta_max
+        Largest turn of the vehicle in an arc; that of all arcs with --nseg [deg].
+    path_max
+        Longest path of a wheel in an arc [m].
+    speed
+        Speed of the drive wheel [m/s].
+    acceleration_max
+        Largest lateral acceleration [m/s^2].
+    overhead
+        Time that an arc takes beside driving [s].
+    nseg
+        Lay out the grid of the thesis instead, of so many steering angles.
+    output
+        Folder for the results; a new one in results/ when left out.
+    """
+    model, parameters = _about(vehicle, wheelbase, laser)
+    wanted = amounts(tolerance, parameters | {"steering_offset": 0.0}, "--tolerance")
+    sigmas = {name: value / interval_factor(0.95, None, 1) for name, value in wanted.items()}
+    limits = _limits(alpha_min, alpha_max, beta_max, path_max, speed, acceleration_max, overhead)
+    also = tuple(name.strip() for name in free.split(",") if name.strip())
+    corners = _floor(floor)
+    try:
+        if nseg is not None:
+            turn = limits.get("turn_max", math.pi)
+            plan, times = thesis_grid(model, parameters, sigmas, nseg, turn, free=also, **limits)
+            words = f"drive the grid {times:.2f} times for the tolerances"
+        else:
+            front, rear, side = _numbers(footprint or "0,0,0", 3, "--footprint")
+            outline = (front, rear, side)
+            plan = plan_vehicle(model, parameters, sigmas, free=also, floor=corners, footprint=outline, **limits)
+            words = f"no plan of such arcs takes less than {plan.bound:.0f} s"
+    except ValueError as error:
+        raise UserError(str(error)) from error
+    directory = result_directory(output, datetime.now().astimezone())
+    write_text(directory / "plan.csv", to_csv(plan))
+    plan_picture(plan, corners, directory / "plan.png")
+    if output is None:
+        point_latest(directory)
+    print(to_table(plan))
+    print(f"{len(plan.path)} arcs, {plan.time:.0f} s with stops; {words}")
+    print(f"plan.csv and plan.png are in {directory}")
+
+
+def _about(file: Path | None, wheelbase: float | None, laser: str) -> tuple[str, dict[str, float]]:
+    if file is not None:
+        known = read_vehicle(file)
+        return known.model, dict(known.parameters)
+    if wheelbase is None or not math.isfinite(wheelbase) or wheelbase == 0.0:
+        raise UserError("say which vehicle: --vehicle FILE, or --wheelbase METRES of a tricycle")
+    x, y, yaw = _numbers(laser, 3, "--laser")
+    names = ("drive_scale", "wheelbase", "steering_gain", "laser_x", "laser_y", "laser_yaw")
+    return "tricycle", dict(zip(names, (1.0, wheelbase, 1.0, x, y, math.radians(yaw)), strict=True))
+
+
+def _limits(
+    alpha_min: float | None,
+    alpha_max: float | None,
+    beta_max: float | None,
+    path_max: float | None,
+    speed: float | None,
+    acceleration_max: float | None,
+    overhead: float | None,
+) -> PlanLimits:
+    """Return what was given, in radians."""
+    given = {
+        "angle_min": None if alpha_min is None else math.radians(alpha_min),
+        "angle_max": None if alpha_max is None else math.radians(alpha_max),
+        "turn_max": None if beta_max is None else math.radians(beta_max),
+        "path_max": path_max,
+        "speed": speed,
+        "acceleration_max": acceleration_max,
+        "overhead": overhead,
+    }
+    limits = {name: value for name, value in given.items() if value is not None}
+    for name, value in limits.items():
+        if not (math.isfinite(value) and (value > 0.0 or name == "overhead")):
+            raise UserError(f"limit {name.replace('_', ' ')}: must be above 0")
+    chosen = plan_limits() | limits
+    if chosen["angle_max"] < chosen["angle_min"]:
+        raise UserError("--alpha-max must not be below --alpha-min")
+    return cast(PlanLimits, limits)
+
+
+def _floor(text: str) -> Array | None:
+    if not text:
+        return None
+    path = Path(text)
+    try:
+        lines = path.read_text("utf-8").splitlines() if path.is_file() else text.split()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"--floor {text}: cannot be read ({error})") from error
+    rows = [line for line in lines if line.strip() and not line.startswith("#")]
+    return np.array([_numbers(row, 2, f"--floor, corner {k}") for k, row in enumerate(rows, start=1)])
+
+
+def _numbers(text: str, count: int, name: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise UserError(f"{name} {text!r}: must be {count} numbers with commas between")
+    return numbers
+
+
+def to_csv(plan: VehiclePlan) -> str:
+    """Return a line an arc."""
+    lines = ["steering_rad,path_m,speed_mps,turn_rad,start_x_m,start_y_m,start_heading_rad"]
+    columns = (plan.steering, plan.path, plan.speed, plan.turn, *plan.start.T)
+    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    return "\n".join(lines) + "\n"
+
+
+def to_table(plan: VehiclePlan) -> str:
+    """Return equal arcs in a row, with their number."""
+    columns = (
+        np.degrees(plan.steering),
+        plan.path,
+        np.degrees(plan.turn),
+        plan.speed,
+        plan.start[:, 0],
+        plan.start[:, 1],
+    )
+    rows = np.column_stack([*columns, np.degrees(plan.start[:, 2])]).round(3)
+    kinds, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
+    lines = ["times  steering deg  path m  turn deg  speed m/s  from x, y m, heading deg"]
+    for k in np.argsort(first):
+        steering, path, turn, speed, x, y, heading = kinds[k]
+        shown = f"{counts[k]:5d}  {steering:12.1f}  {path:6.2f}  {turn:8.0f}  {speed:9.2f}  "
+        lines.append(shown + f"{x:.2f}, {y:.2f}, {heading:.0f}")
+    lines += [f"{name}: sigma {sigma:.3g}" for name, sigma in plan.sigmas.items()]
+    return "\n".join(lines)
