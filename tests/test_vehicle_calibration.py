@@ -345,3 +345,14 @@ def test_the_demonstration_is_near_the_truth(tmp_path: Path) -> None:
     assert "off the truth by" in lines[1]
     truth = true_vehicle(calibration_scenario(Tricycle())).parameters
     assert abs(result.vehicle.parameters["laser_x"] - truth["laser_x"]) < 0.004
+
+
+def test_a_cut_recording_is_used_up_to_the_cut(
+    eight_arcs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = eight_arcs.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
+    line = f"calibrate vehicle {tmp_path / 'cut.mcap'} --wheelbase 1.5 -o {tmp_path / 'out'}"
+    assert groma.cli.run(line.split()) == 0
+    assert "cut or damaged" in capsys.readouterr().err
+    assert json.loads((tmp_path / "out" / "metrics.json").read_text())["motions"] > 3
