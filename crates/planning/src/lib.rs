@@ -1,3 +1,7 @@
 //! Where to drive such that what is calibrated or mapped becomes as accurate as asked for in the least distance.
 
+pub mod error;
+pub mod exploration;
 pub mod vehicle;
+
+pub use error::Error;

@@ -4,6 +4,7 @@ mod calibration;
 mod camera;
 mod camera_calibration;
 mod egomotion;
+mod exploration;
 mod features;
 mod localization;
 mod mapping;
@@ -23,6 +24,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera_calibration::register(m)?;
     egomotion::register(m)?;
     calibration::register(m)?;
+    exploration::register(m)?;
     features::register(m)?;
     localization::register(m)?;
     mapping::register(m)?;

@@ -1,0 +1,416 @@
+//! The robot that explores: told what it finds, it says by which exit to leave.
+//!
+//! [`Explorer::next_exit`] gives one exit at a time and plans anew when its plan is used up or the building turned out
+//! different: an exit led elsewhere, or there was no getting through. The strategy survey goes on when all cameras are
+//! found: it drives the walks, each found by [`super::search`] with every place as a possible end, that lower
+//! `length + lambda (sum of the cameras' position variances)`, lambda doubled from 2 upwards whenever no walk is worth
+//! its length any more, so that distance is spent first where it is worth most, until
+//!
+//! - lambda is the one that was given, or
+//! - the sigma asked for is reached, or
+//! - the budget is used up.
+//!
+//! Assumes that a place is recognised when the robot comes back to it (a camera by its number, a junction by its looks),
+//! and that the number of cameras is known, as they announce themselves on the network.
+
+use super::belief::Belief;
+use super::frontier::Frontier;
+use super::known::{Known, Link, Place, Way, distances, shortest};
+use super::noise::Noise;
+use super::search::{Limits, Problem, Walk, cheapest, search};
+use super::strategy::{Goal, Strategy};
+use crate::error::Error;
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// The lambda that a survey begins to spend distance with [1/m].
+const FIRST_LAMBDA: f64 = 2.0;
+/// The lambda beyond which no sigma or budget leads a survey [1/m].
+const LAST_LAMBDA: f64 = 1e6;
+
+/// How to explore.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// What driving and looking add to the covariance.
+    pub noise: Noise,
+    /// The rule for the next drive.
+    pub strategy: Strategy,
+    /// What the drive shall achieve.
+    pub goal: Goal,
+    /// How long to think.
+    pub limits: Limits,
+}
+
+impl Settings {
+    /// Refuses settings without meaning.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.noise.validate()?;
+        self.goal.validate(self.strategy)?;
+        let (expansions, passes) = (self.limits.expansions, self.limits.passes);
+        Error::unless(expansions > 0, "expansions", expansions as f64, "must be at least 1")?;
+        Error::unless(passes > 0, "passes", passes as f64, "must be at least 1")
+    }
+}
+
+/// What happens to the robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Event {
+    /// It came to a place.
+    Arrived {
+        /// The exit by which it left the place before.
+        left: usize,
+        /// What it found.
+        place: Place,
+        /// The exit of the new place through which it came in.
+        enters: usize,
+        /// Bends on the way [m].
+        #[serde(default)]
+        via: Vec<[f64; 2]>,
+    },
+    /// There was no getting through this exit, and it is back where it was.
+    Blocked {
+        /// The exit.
+        exit: usize,
+    },
+}
+
+/// What one decision took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Decision {
+    /// Walks that were expanded.
+    pub expansions: usize,
+    /// By what share of its cost a better walk could be cheaper.
+    pub gap: f64,
+}
+
+/// A robot that explores.
+#[derive(Clone, Debug)]
+pub struct Explorer {
+    settings: Settings,
+    announced: usize,
+    known: Known,
+    belief: Belief,
+    here: usize,
+    heading: f64,
+    driven: f64,
+    lambda: f64,
+    plan: VecDeque<usize>,
+    errand: Option<usize>,
+    decisions: Vec<Decision>,
+}
+
+impl Explorer {
+    /// At the place that defines the map; `announced` cameras are to be found.
+    pub fn new(settings: Settings, announced: usize, start: &Place, heading: f64) -> Result<Self, Error> {
+        settings.validate()?;
+        check(start)?;
+        let (mut known, mut belief) = (Known::new(settings.noise), Belief::new(settings.noise));
+        let camera = start.camera.then(|| belief.meet(start.position.into()));
+        let here = known.add(start, camera);
+        let lambda = if let Goal::Lambda(lambda) = settings.goal { lambda.min(FIRST_LAMBDA) } else { FIRST_LAMBDA };
+        let (plan, errand, decisions, driven) = (VecDeque::new(), None, vec![], 0.0);
+        Ok(Self { settings, announced, known, belief, here, heading, driven, lambda, plan, errand, decisions })
+    }
+
+    /// The exit by which to leave; None when there is nothing left to do.
+    pub fn next_exit(&mut self) -> Option<usize> {
+        if self.plan.is_empty() {
+            self.plan = self.decide().into();
+        }
+        self.plan.pop_front()
+    }
+
+    /// Takes note of what happened on the way through the exit that [`Self::next_exit`] gave, or another.
+    pub fn observe(&mut self, event: &Event) -> Result<(), Error> {
+        match event {
+            Event::Blocked { exit } => {
+                self.check_exit(*exit)?;
+                self.known.block(self.here, *exit);
+                self.plan.clear();
+                Ok(())
+            }
+            Event::Arrived { left, place, enters, via } => {
+                self.check_exit(*left)?;
+                check(place)?;
+                let via: Vec<Vector2<f64>> = via.iter().map(|&p| p.into()).collect();
+                self.arrive(*left, place, *enters, &via)
+            }
+        }
+    }
+
+    /// The covariance of robot and cameras as of now.
+    #[must_use]
+    pub fn belief(&self) -> &Belief {
+        &self.belief
+    }
+
+    /// Distance driven so far [m].
+    #[must_use]
+    pub fn driven(&self) -> f64 {
+        self.driven
+    }
+
+    /// The searches so far.
+    #[must_use]
+    pub fn decisions(&self) -> &[Decision] {
+        &self.decisions
+    }
+
+    /// Whether every camera that announced itself was found.
+    #[must_use]
+    pub fn has_found_all(&self) -> bool {
+        self.belief.cameras().len() >= self.announced
+    }
+
+    fn arrive(&mut self, left: usize, place: &Place, enters: usize, via: &[Vector2<f64>]) -> Result<(), Error> {
+        if enters >= place.exits.len() {
+            let (key, count) = (place.key, place.exits.len());
+            return Err(Error::Graph(format!("entered place {key} through exit {enters} of {count}")));
+        }
+        let found = self.known.find(place.key);
+        let to = found.unwrap_or_else(|| self.known.add(place, None));
+        if self.known.places[to].exits.len() != place.exits.len() {
+            return Err(Error::Graph(format!("place {} had another number of exits before", place.key)));
+        }
+        let link = self.passed(left, to, enters, via)?;
+        let turn = self.settings.noise.turning(self.known.places[self.here].at, link.passage.depart - self.heading);
+        self.belief.drive(&(turn + link.passage.noise));
+        self.driven += link.passage.length;
+        (self.here, self.heading) = (to, link.passage.arrive);
+        if place.camera {
+            self.look(found.is_none());
+        }
+        Ok(())
+    }
+
+    /// The way that was just driven, which becomes known if it was not or was thought to lead elsewhere.
+    fn passed(&mut self, left: usize, to: usize, enters: usize, via: &[Vector2<f64>]) -> Result<Link, Error> {
+        if let Way::Leads(link) = &self.known.places[self.here].exits[left].way
+            && (link.to, link.enters) == (to, enters)
+        {
+            return Ok(link.clone());
+        }
+        self.plan.clear();
+        self.known.forget(self.here, left);
+        self.known.forget(to, enters);
+        self.known.join((self.here, left), (to, enters), via)
+    }
+
+    /// A camera sees the robot.
+    fn look(&mut self, is_new: bool) {
+        let place = &mut self.known.places[self.here];
+        match place.camera {
+            Some(camera) => self.belief.meet_again(camera),
+            None => place.camera = Some(self.belief.meet(place.at)),
+        }
+        if is_new {
+            self.errand = self.errand();
+        }
+    }
+
+    /// Where a rule sends the robot after a new camera.
+    fn errand(&self) -> Option<usize> {
+        match self.settings.strategy {
+            Strategy::ReturnToOrigin => Some(0),
+            Strategy::ReturnToNearest => {
+                let cameras = (0..self.known.places.len()).filter(|&p| self.known.places[p].camera.is_some());
+                self.nearest(cameras.filter(|&p| p != self.here))
+            }
+            _ => None,
+        }
+    }
+
+    /// The next exits to take.
+    fn decide(&mut self) -> Vec<usize> {
+        if self.errand == Some(self.here) {
+            self.errand = None;
+        }
+        if self.has_found_all() {
+            return if self.settings.strategy == Strategy::Survey { self.refine() } else { vec![] };
+        }
+        if let Some(home) = self.errand {
+            return self.path(home);
+        }
+        let places = 0..self.known.places.len();
+        let open = places.filter(|&p| self.known.untaken(p).next().is_some());
+        let to = match self.settings.strategy {
+            Strategy::Cheap | Strategy::Search | Strategy::Survey => return self.weigh(),
+            Strategy::DepthFirst => open.max(),
+            _ => self.nearest(open),
+        };
+        to.map_or(vec![], |to| [self.path(to), self.known.untaken(to).take(1).collect()].concat())
+    }
+
+    fn nearest(&self, among: impl Iterator<Item = usize>) -> Option<usize> {
+        let mut start = vec![f64::INFINITY; self.known.places.len()];
+        start[self.here] = 0.0;
+        let distance = distances(&self.known.links(false), &start);
+        among.filter(|&p| distance[p].is_finite()).min_by(|&a, &b| distance[a].total_cmp(&distance[b]))
+    }
+
+    fn path(&self, to: usize) -> Vec<usize> {
+        let path = shortest(&self.known.links(false), self.here, to);
+        path.into_iter().flatten().map(|link| link.exit).collect()
+    }
+
+    /// The walk to new ground with the least cost.
+    fn weigh(&mut self) -> Vec<usize> {
+        let links = self.known.links(true);
+        let mut frontier = Frontier::new(&self.known, &links);
+        let lambda = match (self.settings.strategy, self.settings.goal) {
+            (Strategy::Cheap | Strategy::Search, Goal::Lambda(lambda)) => lambda,
+            _ => {
+                frontier = frontier.with_tours(&self.known, &links);
+                0.0
+            }
+        };
+        let problem = self.problem(&links, &frontier.costs, lambda, true);
+        let is_search = self.settings.strategy == Strategy::Search;
+        let walk = if is_search { search(&problem, &self.settings.limits) } else { cheapest(&problem) };
+        let Some(walk) = walk else { return vec![] };
+        self.note(&walk);
+        let onward = frontier.choice(&self.known, walk.end, walk.heading);
+        walk.exits.into_iter().chain(onward).collect()
+    }
+
+    /// The next walk that is worth its length.
+    fn refine(&mut self) -> Vec<usize> {
+        let links = self.known.links(true);
+        let ends = vec![0.0; links.len()];
+        let last = if let Goal::Lambda(lambda) = self.settings.goal { lambda } else { LAST_LAMBDA };
+        loop {
+            if matches!(self.settings.goal, Goal::Sigma(sigma) if self.belief.sigma() <= sigma) {
+                return vec![];
+            }
+            let problem = self.problem(&links, &ends, self.lambda, false);
+            let Some(walk) = search(&problem, &self.settings.limits) else { return vec![] };
+            self.note(&walk);
+            if !walk.exits.is_empty() || self.lambda >= last {
+                return walk.exits;
+            }
+            self.lambda = (2.0 * self.lambda).min(last);
+        }
+    }
+
+    fn problem<'a>(&'a self, links: &'a [Vec<Link>], ends: &'a [f64], lambda: f64, robot: bool) -> Problem<'a> {
+        let reach = match self.settings.goal {
+            Goal::Budget(budget) if !robot => (budget - self.driven).max(0.0),
+            _ => f64::INFINITY,
+        };
+        let (belief, places, here, heading) = (&self.belief, &self.known.places[..], self.here, self.heading);
+        Problem { belief, places, links, here, heading, ends, lambda, robot, reach }
+    }
+
+    fn note(&mut self, walk: &Walk) {
+        self.decisions.push(Decision { expansions: walk.expansions, gap: walk.gap });
+    }
+
+    fn check_exit(&self, exit: usize) -> Result<(), Error> {
+        let place = &self.known.places[self.here];
+        if exit < place.exits.len() {
+            return Ok(());
+        }
+        Err(Error::Graph(format!("place {} has {} exits, none numbered {exit}", place.key, place.exits.len())))
+    }
+}
+
+fn check(place: &Place) -> Result<(), Error> {
+    if place.position.iter().chain(&place.exits).all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::Graph(format!("place {}: position and exits must be finite", place.key)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exploration::scenes::{Kind, Scene};
+
+    fn at(key: usize, x: f64, y: f64, exits: &[f64]) -> Place {
+        Place { key, position: [x, y], camera: true, exits: exits.to_vec() }
+    }
+
+    fn arrived(left: usize, place: Place, enters: usize) -> Event {
+        Event::Arrived { left, place, enters, via: vec![] }
+    }
+
+    const EAST: f64 = 0.0;
+    const WEST: f64 = std::f64::consts::PI;
+
+    #[test]
+    fn a_door_that_is_shut_sends_the_robot_elsewhere() {
+        let mut robot = Explorer::new(Settings::default(), 3, &at(0, 0.0, 0.0, &[EAST, WEST]), 0.0).unwrap();
+        let first = robot.next_exit().unwrap();
+        robot.observe(&Event::Blocked { exit: first }).unwrap();
+        let second = robot.next_exit().unwrap();
+        assert_ne!(first, second);
+        robot.observe(&Event::Blocked { exit: second }).unwrap();
+        assert_eq!(robot.next_exit(), None);
+        assert!(!robot.has_found_all());
+    }
+
+    #[test]
+    fn a_known_way_that_is_shut_later_is_driven_around() {
+        let ring = Scene { kind: Kind::Ring, size: 4, ..Scene::default() }.graph().unwrap();
+        let found = |node| super::super::run::place(&ring, node);
+        let settings = Settings { strategy: Strategy::ReturnToOrigin, ..Settings::default() };
+        let mut robot = Explorer::new(settings, 4, &found(0), 0.0).unwrap();
+        assert_eq!(robot.next_exit(), Some(0));
+        robot.observe(&arrived(0, found(1), 0)).unwrap();
+        assert_eq!(robot.next_exit(), Some(0), "back home");
+        robot.observe(&Event::Blocked { exit: 0 }).unwrap();
+        assert_eq!(robot.next_exit(), None, "no way home is known");
+    }
+
+    #[test]
+    fn an_exit_that_leads_elsewhere_than_it_did_is_learned_anew() {
+        let start = at(0, 0.0, 0.0, &[EAST]);
+        let mut robot = Explorer::new(Settings::default(), 3, &start, 0.0).unwrap();
+        robot.observe(&arrived(0, at(1, 8.0, 0.0, &[WEST]), 0)).unwrap();
+        robot.observe(&arrived(0, start.clone(), 0)).unwrap();
+        robot.observe(&arrived(0, at(2, 6.0, 0.0, &[WEST, EAST]), 0)).unwrap();
+        assert_eq!(robot.next_exit(), Some(1), "on to what is beyond");
+        robot.observe(&arrived(1, at(1, 8.0, 0.0, &[WEST]), 0)).unwrap();
+        assert!(robot.has_found_all());
+        assert_eq!(robot.driven(), 8.0 + 8.0 + 6.0 + 2.0);
+    }
+
+    #[test]
+    fn what_contradicts_what_was_seen_is_refused_and_changes_nothing() {
+        let start = at(0, 0.0, 0.0, &[EAST]);
+        let mut robot = Explorer::new(Settings::default(), 3, &start, 0.0).unwrap();
+        let mut refused = |event: &Event, word: &str| {
+            let said = robot.observe(event).unwrap_err().to_string();
+            assert!(said.contains(word), "{said}");
+        };
+        refused(&Event::Blocked { exit: 3 }, "none numbered 3");
+        refused(&arrived(0, at(1, f64::NAN, 0.0, &[WEST]), 0), "finite");
+        refused(&arrived(0, at(1, 8.0, 0.0, &[WEST]), 1), "exit 1 of 1");
+        refused(&arrived(0, at(0, 0.0, 0.0, &[EAST, WEST]), 0), "another number of exits");
+        refused(&arrived(0, at(0, 0.0, 0.0, &[EAST]), 0), "without length");
+        assert_eq!((robot.driven(), robot.next_exit()), (0.0, Some(0)));
+    }
+
+    #[test]
+    fn a_survey_ends_at_the_sigma_or_the_budget() {
+        let graph = Scene::default().graph().unwrap();
+        let run = |goal| super::super::explore(&graph, &Settings { goal, ..Settings::default() }).unwrap();
+        let (fine, cheap) = (run(Goal::Sigma(0.25)), run(Goal::Budget(250.0)));
+        assert!(fine.sigma <= 0.25 && fine.sigma > 0.2, "{}", fine.sigma);
+        assert!(cheap.length <= 250.0 && cheap.length > 180.0, "{}", cheap.length);
+    }
+
+    #[test]
+    fn goals_without_meaning_are_refused() {
+        let start = at(0, 0.0, 0.0, &[EAST]);
+        let refused = |settings: Settings| Explorer::new(settings, 1, &start, 0.0).is_err();
+        assert!(refused(Settings { goal: Goal::Lambda(f64::NAN), ..Settings::default() }));
+        assert!(refused(Settings { goal: Goal::Sigma(0.0), ..Settings::default() }));
+        assert!(refused(Settings { goal: Goal::Budget(9.0), strategy: Strategy::Search, ..Settings::default() }));
+        assert!(refused(Settings { noise: Noise { bearing: 0.0, ..Noise::default() }, ..Settings::default() }));
+        assert!(refused(Settings { limits: Limits { expansions: 0, passes: 1 }, ..Settings::default() }));
+    }
+}

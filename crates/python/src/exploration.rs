@@ -1,0 +1,100 @@
+//! `groma.exploration`: graphs, settings and events as JSON in, runs as JSON out.
+
+use groma_planning::exploration::monte_carlo::try_walk;
+use groma_planning::exploration::{Event, Explorer, Graph, Noise, Place, Scene, Settings, explore};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use serde::de::DeserializeOwned;
+
+/// Adds the functions of this file to the module.
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<ExplorerState>()?;
+    m.add_function(wrap_pyfunction!(exploration_defaults, m)?)?;
+    m.add_function(wrap_pyfunction!(exploration_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(exploration_check, m)?)?;
+    m.add_function(wrap_pyfunction!(exploration_run, m)?)?;
+    m.add_function(wrap_pyfunction!(exploration_try, m)?)
+}
+
+/// The default settings.
+#[pyfunction]
+fn exploration_defaults() -> PyResult<String> {
+    serde_json::to_string(&Settings::default()).map_err(invalid)
+}
+
+/// The graph of a scene.
+#[pyfunction]
+fn exploration_scene(scene: &str) -> PyResult<String> {
+    let graph = read::<Scene>(scene)?.graph().map_err(invalid)?;
+    serde_json::to_string(&graph).map_err(invalid)
+}
+
+/// Refuses a graph that cannot be driven.
+#[pyfunction]
+fn exploration_check(graph: &str) -> PyResult<()> {
+    read::<Graph>(graph)?.validate().map_err(invalid)
+}
+
+/// One whole exploration.
+#[pyfunction]
+fn exploration_run(py: Python<'_>, graph: &str, settings: &str) -> PyResult<String> {
+    let (graph, settings) = (read::<Graph>(graph)?, read::<Settings>(settings)?);
+    let run = py.detach(|| explore(&graph, &settings)).map_err(invalid)?;
+    serde_json::to_string(&run).map_err(invalid)
+}
+
+/// Root mean square error of the cameras and normalised squared error over its freedom, of many noisy drives.
+#[pyfunction]
+fn exploration_try(
+    py: Python<'_>,
+    graph: &str,
+    walk: Vec<usize>,
+    noise: &str,
+    runs: usize,
+    seed: u64,
+) -> PyResult<(f64, f64)> {
+    let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
+    let tried = py.detach(|| try_walk(&graph, &walk, &noise, runs, seed)).map_err(invalid)?;
+    Ok((tried.sigma, tried.nees))
+}
+
+/// A robot that explores.
+#[pyclass]
+struct ExplorerState(Explorer);
+
+#[pymethods]
+impl ExplorerState {
+    #[new]
+    fn new(settings: &str, announced: usize, start: &str, heading: f64) -> PyResult<Self> {
+        let (settings, start) = (read::<Settings>(settings)?, read::<Place>(start)?);
+        Explorer::new(settings, announced, &start, heading).map(Self).map_err(invalid)
+    }
+
+    fn next_exit(&mut self, py: Python<'_>) -> Option<usize> {
+        py.detach(|| self.0.next_exit())
+    }
+
+    fn observe(&mut self, event: &str) -> PyResult<()> {
+        self.0.observe(&read::<Event>(event)?).map_err(invalid)
+    }
+
+    fn driven(&self) -> f64 {
+        self.0.driven()
+    }
+
+    fn sigma(&self) -> f64 {
+        self.0.belief().sigma()
+    }
+
+    fn has_found_all(&self) -> bool {
+        self.0.has_found_all()
+    }
+}
+
+fn read<T: DeserializeOwned>(json: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(invalid)
+}
+
+fn invalid(error: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
