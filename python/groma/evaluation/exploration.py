@@ -1,0 +1,80 @@
+"""How strategies trade distance for accuracy, over many buildings: means, and bands in which the means lie with 95 %.
+
+The band of a mean over n buildings is `mean +- t_{0.975, n-1} s / sqrt(n)`; it says how well the mean over the kind of
+building is known, not how much buildings differ. With one building there is no band.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from groma.exploration import STRATEGIES, WEIGHING, Graph, Lambda, Settings, StrategyName, explore
+
+LAMBDAS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0)
+"""Metres that one square metre of summed variance is worth, from hasty to thorough."""
+_T = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131)
+"""Student's t, 0.975, from 1 degree of freedom on; beyond, 1.96 + 2.5 / dof is right to 0.2 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class Traded:
+    """What a strategy gives in the mean over buildings; bands are half widths, NaN for one building."""
+
+    strategy: StrategyName
+    weight: float | None
+    """Lambda, None for a rule that has none."""
+    distance: float
+    distance_band: float
+    sigma: float
+    sigma_band: float
+
+
+def trade_offs(
+    graphs: Sequence[Graph],
+    lambdas: Sequence[float] = LAMBDAS,
+    strategies: Sequence[StrategyName] = STRATEGIES,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Traded]:
+    """Explore every building by every strategy, those that weigh once for every lambda.
+
+    Parameters
+    ----------
+    graphs
+        At least one.
+    lambdas
+        For the strategies that weigh.
+    strategies
+        Which to compare.
+    progress
+        Called with the number of curves' points done and their total.
+    """
+    plans = list(_plans(lambdas, strategies))
+    points = []
+    for number, (strategy, weight) in enumerate(plans):
+        settings = Settings(strategy=strategy, goal=Lambda(0.0 if weight is None else weight))
+        runs = [explore(graph, settings) for graph in graphs]
+        distance, sigma = np.array([run.length for run in runs]), np.array([run.sigma for run in runs])
+        means = float(distance.mean()), band(distance), float(sigma.mean()), band(sigma)
+        points.append(Traded(strategy, weight, *means))
+        if progress:
+            progress(number + 1, len(plans))
+    return points
+
+
+def band(values: np.typing.NDArray[np.float64]) -> float:
+    """Return the half width of the 95 % band of a mean; NaN for one value."""
+    freedom = len(values) - 1
+    if freedom < 1:
+        return math.nan
+    quantile = _T[freedom - 1] if freedom <= len(_T) else 1.96 + 2.5 / freedom
+    return float(quantile * values.std(ddof=1) / math.sqrt(len(values)))
+
+
+def _plans(lambdas: Sequence[float], strategies: Sequence[StrategyName]) -> Iterator[tuple[StrategyName, float | None]]:
+    for strategy in strategies:
+        weights: Sequence[float | None] = lambdas if strategy in WEIGHING else (None,)
+        yield from ((strategy, weight) for weight in weights)

@@ -1,0 +1,341 @@
+"""Which way to drive next through a building whose cameras are to be mapped: distance against uncertainty.
+
+The core (``crates/planning``, ``docs/theory/planning.md``) does the work; here are its nouns, its defaults and three
+things to do with them: explore a graph, try a walk out with drawn noise, and be led live.
+
+>>> graph = scene("ring", size=8, step=6.25)
+>>> run = explore(graph, Settings(goal=Lambda(30.0)))
+>>> round(run.length), len(run.cameras)
+(49, 8)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Literal, TypeVar
+
+import msgspec
+
+from groma import _core
+from groma.errors import UserError
+
+T = TypeVar("T")
+
+StrategyName = Literal["depth-first", "nearest", "return-to-origin", "return-to-nearest", "cheap", "search", "survey"]
+STRATEGIES: tuple[StrategyName, ...] = (
+    "depth-first",
+    "nearest",
+    "return-to-origin",
+    "return-to-nearest",
+    "cheap",
+    "search",
+    "survey",
+)
+WEIGHING = STRATEGIES[4:]
+"""Those that lambda leads."""
+SceneName = Literal["corridor", "ring", "squares", "rectangles", "triangles", "hexagons", "sparse"]
+
+
+class Node(msgspec.Struct, frozen=True):
+    """A place: its position [m] and whether a camera sees a robot there."""
+
+    position: tuple[float, float]
+    camera: bool = True
+
+
+class Edge(msgspec.Struct, frozen=True):
+    """A way between two places (indices), straight from bend to bend [m]."""
+
+    ends: tuple[int, int]
+    via: tuple[tuple[float, float], ...] = ()
+
+
+class Graph(msgspec.Struct, frozen=True):
+    """A building: places, ways, and the place where the robot starts."""
+
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    start: int = 0
+    names: tuple[str, ...] = ()
+    """Names of the places, for people; may be empty."""
+
+
+class Noise(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Standard deviations: of driving a metre, of turning a radian, of one look at a camera."""
+
+    along: float
+    across: float
+    heading: float
+    turn: float
+    position: float
+    bearing: float
+
+
+class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How long to think: walks expanded a decision, passages of one way in a walk."""
+
+    expansions: int
+    passes: int
+
+
+class Lambda(msgspec.Struct, frozen=True):
+    """Metres that one square metre less of summed variance is worth [1/m]."""
+
+    value: float
+
+
+class Sigma(msgspec.Struct, frozen=True):
+    """Root mean square standard deviation of the cameras' positions to reach [m]."""
+
+    value: float
+
+
+class Budget(msgspec.Struct, frozen=True):
+    """Distance to spend [m]."""
+
+    value: float
+
+
+Goal = Lambda | Sigma | Budget
+
+
+class _Defaults(msgspec.Struct, frozen=True):
+    noise: Noise
+    strategy: StrategyName
+    goal: dict[str, float]
+    limits: Limits
+
+
+DEFAULTS = msgspec.json.decode(_core.exploration_defaults(), type=_Defaults)
+
+
+class Settings(msgspec.Struct, frozen=True):
+    """How to explore; the defaults are those of the core."""
+
+    goal: Goal = Lambda(DEFAULTS.goal["lambda"])
+    strategy: StrategyName = DEFAULTS.strategy
+    noise: Noise = DEFAULTS.noise
+    limits: Limits = DEFAULTS.limits
+
+    def table(self) -> dict[str, object]:
+        """Return all values by name, as the core and ``run.toml`` have them."""
+        goal = {type(self.goal).__name__.lower(): float(self.goal.value)}
+        fixed = {"noise": msgspec.to_builtins(self.noise), "limits": msgspec.to_builtins(self.limits)}
+        return {"strategy": self.strategy, "goal": goal, **fixed}
+
+
+class Stop(msgspec.Struct, frozen=True):
+    """Where the robot came to, and what was known then; covariances as xx, xy, yy [m^2]."""
+
+    node: int
+    edge: int | None
+    length: float
+    robot: tuple[float, float, float]
+    heading: float
+    sigma: float
+    complete: bool
+    cameras: tuple[tuple[float, float, float], ...]
+
+
+class Decision(msgspec.Struct, frozen=True):
+    """What one search took, and by what share of its cost a better walk could be cheaper."""
+
+    expansions: int
+    gap: float
+
+
+class Run(msgspec.Struct, frozen=True):
+    """A whole exploration: stops, cameras in the order in which they were found, distance [m], sigma [m]."""
+
+    stops: tuple[Stop, ...]
+    cameras: tuple[int, ...]
+    length: float
+    sigma: float
+    decisions: tuple[Decision, ...]
+
+    @property
+    def walk(self) -> list[int]:
+        """The ways driven, one after the other."""
+        return [stop.edge for stop in self.stops if stop.edge is not None]
+
+
+class Tried(msgspec.Struct, frozen=True):
+    """What noisy drives gave: root mean square error of the cameras [m], normalised squared error over its freedom."""
+
+    sigma: float
+    nees: float
+    runs: int
+
+
+class Place(msgspec.Struct, frozen=True):
+    """A place as the robot finds it: a key to recognise it by, where it is [m], the directions of its exits [rad]."""
+
+    key: int
+    position: tuple[float, float]
+    camera: bool
+    exits: tuple[float, ...]
+
+
+class Explorer:
+    """A robot that is led live: told what it finds, it says by which exit to leave.
+
+    Parameters
+    ----------
+    start
+        The place where the robot stands; it defines the map.
+    announced
+        Number of cameras to find.
+    settings
+        How to explore.
+    heading
+        Of the robot at the start [rad].
+
+    Raises
+    ------
+    UserError
+        When a setting or the place is impossible.
+
+    Examples
+    --------
+    >>> robot = Explorer(Place(0, (0.0, 0.0), True, (0.0,)), announced=2)
+    >>> robot.next()
+    0
+    >>> robot.arrived(0, Place(1, (8.0, 0.0), True, (3.14159,)), enters=0)
+    >>> robot.has_found_all
+    True
+    """
+
+    def __init__(self, start: Place, announced: int, settings: Settings | None = None, heading: float = 0.0) -> None:
+        chosen = _json((settings or Settings()).table())
+        if announced < 1:
+            raise UserError(f"announced = {announced}: must be at least 1")
+        try:
+            self._core = _core.ExplorerState(chosen, announced, _json(start), heading)
+        except ValueError as error:
+            raise UserError(str(error)) from error
+
+    def next(self) -> int | None:
+        """Return the exit by which to leave, None when nothing is left to do."""
+        return self._core.next_exit()
+
+    def arrived(self, left: int, place: Place, enters: int, via: Sequence[tuple[float, float]] = ()) -> None:
+        """Tell that the robot left by an exit and came to a place through one of its exits, with bends on the way [m].
+
+        Raises
+        ------
+        UserError
+            When that contradicts what was seen before; nothing is changed then.
+        """
+        self._observe({"arrived": {"left": left, "place": place, "enters": enters, "via": list(via)}})
+
+    def blocked(self, exit: int) -> None:  # noqa: A002 - the field's word
+        """Tell that there was no getting through an exit, and that the robot is back.
+
+        Raises
+        ------
+        UserError
+            When the place has no such exit.
+        """
+        self._observe({"blocked": {"exit": exit}})
+
+    @property
+    def driven(self) -> float:
+        """Distance so far [m]."""
+        return self._core.driven()
+
+    @property
+    def sigma(self) -> float:
+        """Root mean square standard deviation of the cameras found so far [m]."""
+        return self._core.sigma()
+
+    @property
+    def has_found_all(self) -> bool:
+        """Whether every announced camera was found."""
+        return self._core.has_found_all()
+
+    def _observe(self, event: object) -> None:
+        try:
+            self._core.observe(_json(event))
+        except (ValueError, OverflowError) as error:
+            raise UserError(str(error)) from error
+
+
+def scene(kind: SceneName, *, size: int = 16, step: float = 8.0, density: float = 0.7, seed: int = 0) -> Graph:
+    """Return an idealised building.
+
+    Parameters
+    ----------
+    kind
+        Its shape.
+    size
+        Number of cameras; lattices of triangles and hexagons have the nearest that they can.
+    step
+        Length of a way [m].
+    density
+        Of sparse: the share of the ways beyond a tree, 0 to 1.
+    seed
+        Of sparse: draws the ways.
+
+    Raises
+    ------
+    UserError
+        When a value is out of range.
+    """
+    for name, value in (("size", size), ("seed", seed)):
+        if value < 0:
+            raise UserError(f"{name} = {value}: must not be negative")
+    values = {"kind": kind, "size": size, "step": step, "density": density, "seed": seed}
+    return _asked(lambda: msgspec.json.decode(_core.exploration_scene(_json(values)), type=Graph))
+
+
+def explore(graph: Graph, settings: Settings | None = None) -> Run:
+    """Let a robot that does not know a building explore it; nothing is drawn, all noise is in the covariances.
+
+    Raises
+    ------
+    UserError
+        When the graph cannot be driven or a setting is impossible.
+    """
+    chosen = _json((settings or Settings()).table())
+    return _asked(lambda: msgspec.json.decode(_core.exploration_run(_core_graph(graph), chosen), type=Run))
+
+
+def check(graph: Graph) -> None:
+    """Refuse a graph that cannot be driven.
+
+    Raises
+    ------
+    UserError
+        Saying which place or way is wrong.
+    """
+    _asked(lambda: _core.exploration_check(_core_graph(graph)))
+
+
+def try_walk(graph: Graph, walk: Iterable[int], *, noise: Noise | None = None, runs: int = 200, seed: int = 1) -> Tried:
+    """Drive a walk (ways from the start) many times with drawn noise, the filter running.
+
+    Raises
+    ------
+    UserError
+        When the walk jumps, or runs or seed are negative.
+    """
+    if runs < 1 or seed < 0:
+        raise UserError(f"runs = {runs}, seed = {seed}: need at least 1 and 0")
+    given, ways = _json(noise or DEFAULTS.noise), list(walk)
+    sigma, nees = _asked(lambda: _core.exploration_try(_core_graph(graph), ways, given, runs, seed))
+    return Tried(sigma, nees, runs)
+
+
+def _core_graph(graph: Graph) -> str:
+    return _json({"nodes": graph.nodes, "edges": graph.edges, "start": graph.start})
+
+
+def _json(value: object) -> str:
+    return msgspec.json.encode(value).decode()
+
+
+def _asked(ask: Callable[[], T]) -> T:
+    try:
+        return ask()
+    except (ValueError, OverflowError) as error:
+        raise UserError(str(error)) from error
