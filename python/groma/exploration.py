@@ -11,6 +11,7 @@ things to do with them: explore a graph, try a walk out with drawn noise, and be
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Literal, TypeVar
 
@@ -119,7 +120,10 @@ class Settings(msgspec.Struct, frozen=True):
 
     def table(self) -> dict[str, object]:
         """Return all values by name, as the core and ``run.toml`` have them."""
-        goal = {type(self.goal).__name__.lower(): float(self.goal.value)}
+        name, value = type(self.goal).__name__.lower(), float(self.goal.value)
+        if not math.isfinite(value):
+            raise UserError(f"{name} = {value}: must be finite")
+        goal = {name: value}
         fixed = {"noise": msgspec.to_builtins(self.noise), "limits": msgspec.to_builtins(self.limits)}
         return {"strategy": self.strategy, "goal": goal, **fixed}
 
@@ -284,6 +288,9 @@ def scene(kind: SceneName, *, size: int = 16, step: float = 8.0, density: float 
     for name, value in (("size", size), ("seed", seed)):
         if value < 0:
             raise UserError(f"{name} = {value}: must not be negative")
+    for name, length in (("step", step), ("density", density)):
+        if not math.isfinite(length):
+            raise UserError(f"{name} = {length}: must be finite")
     values = {"kind": kind, "size": size, "step": step, "density": density, "seed": seed}
     return _asked(lambda: msgspec.json.decode(_core.exploration_scene(_json(values)), type=Graph))
 

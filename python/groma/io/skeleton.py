@@ -142,30 +142,26 @@ def _without_spurs(lines: list[Line], least: float) -> list[Line]:
 
 
 def _joined(lines: list[Line]) -> list[Line]:
+    """Join lines that only follow each other, but none to a loop: a way has two ends."""
     lines = list(lines)
-    while True:
-        degree = _degrees(lines)
-        pair = next(
-            (
-                (a, b)
-                for a in lines
-                for end in (a[0], a[-1])
-                if degree[end] == 2
-                for b in lines
-                if b is not a and end in (b[0], b[-1])
-            ),
-            None,
-        )
-        if pair is None:
-            return lines
+    while pair := _following(lines):
         a, b = pair
-        end = a[0] if degree[a[0]] == 2 and a[0] in (b[0], b[-1]) else a[-1]
+        (end,) = {a[0], a[-1]} & {b[0], b[-1]}
         head = a if a[-1] == end else a[::-1]
         tail = b if b[0] == end else b[::-1]
-        joined = [*head, *tail[1:]]
-        if joined[0] == joined[-1]:
-            return lines
-        lines = [line for line in lines if line is not a and line is not b] + [joined]
+        lines = [line for line in lines if line is not a and line is not b] + [[*head, *tail[1:]]]
+    return lines
+
+
+def _following(lines: list[Line]) -> tuple[Line, Line] | None:
+    """Return two lines that meet in one place where no other line ends."""
+    degree = _degrees(lines)
+    for i, a in enumerate(lines):
+        for b in lines[i + 1 :]:
+            common = {a[0], a[-1]} & {b[0], b[-1]}
+            if len(common) == 1 and degree[min(common)] == 2:
+                return a, b
+    return None
 
 
 def _degrees(lines: list[Line]) -> dict[Cell, int]:
