@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
@@ -118,9 +117,8 @@ def _frame(graph: Graph, run: Run, number: int) -> Image.Image:
     stop = run.stops[number]
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
     ax.set_title(f"{stop.length:.0f} m   σ {stop.sigma:.3f} m   {len(stop.cameras)} cameras", loc="left", fontsize=10)
-    canvas = FigureCanvasAgg(figure)
     file = io.BytesIO()
-    canvas.print_png(file)
+    figure.savefig(file, format="png", dpi=80)
     file.seek(0)
     return Image.open(file).convert("RGB").quantize(32)
 
