@@ -57,7 +57,7 @@ docs: build ## renew docs/reference/cli.md, build rustdoc, run the lines of the 
 	$(BIN)/pytest tests/test_docs.py
 
 bench: build ## time FALKO, the pose graph (beside GTSAM) and groma map on all simulated scenes
-	cargo run --release --quiet -p groma-features --example time_falko
+	cargo bench --quiet -p groma-features
 	$(BIN)/python -m pip install --quiet --group oracle
 	$(BIN)/python benches/pose_graph.py $(wildcard ../shared/data/posegraph/*.g2o.gz)
 	$(BIN)/python benches/simulated.py

@@ -43,8 +43,9 @@ impl BeamGeometry {
 
     /// Whether a reading is a hit.
     #[must_use]
+    #[inline(always)]
     pub fn is_hit(&self, range: f64) -> bool {
-        range.is_finite() && range > 0.0 && range >= self.range_min && range <= self.range_max
+        range.is_finite() & (range > 0.0) & (range >= self.range_min) & (range <= self.range_max)
     }
 }
 

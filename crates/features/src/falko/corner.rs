@@ -85,6 +85,21 @@ fn confusion(a: &Line, b: &Line, resolution: &Resolution) -> f64 {
     (spacing / 8.0).powi(2) + (4.0 * noise * noise / radius).powi(2)
 }
 
+/// Cosine and sine of half the angle of `(x, y)`, which has the length `length`; of angle 0 where that is 0.
+fn half_angle(x: f64, y: f64, length: f64) -> (f64, f64) {
+    if length == 0.0 {
+        return (1.0, 0.0);
+    }
+    let (cos_2, sin_2) = (x / length, y / length);
+    if cos_2 >= 0.0 {
+        let cos = (0.5 * (1.0 + cos_2)).sqrt();
+        (cos, 0.5 * sin_2 / cos)
+    } else {
+        let sin = (0.5 * (1.0 - cos_2)).sqrt().copysign(sin_2);
+        (0.5 * sin_2 / sin, sin)
+    }
+}
+
 /// A total-least-squares line through an arm and the origin.
 struct Line {
     mean: Vector2<f64>,
@@ -97,14 +112,20 @@ struct Line {
 
 impl Line {
     fn fit(arm: &Arm) -> Self {
-        let points = arm.len() as f64 + 1.0;
-        let mean = Vector2::new(arm.x.iter().sum(), arm.y.iter().sum()) / points;
-        let centred = |(x, y): (&f64, &f64)| Vector2::new(x - mean.x, y - mean.y);
-        let moment = |d: Vector2<f64>| Vector2::new(d.x * d.x - d.y * d.y, 2.0 * d.x * d.y).push(d.norm_squared());
-        let m = arm.x.iter().zip(&arm.y).map(centred).map(moment).fold(moment(-mean), |sum, m| sum + m);
-        let (spread, angle) = (m.xy().norm(), 0.5 * m.y.atan2(m.x));
-        let (sin, cos) = angle.sin_cos();
-        let (across, along) = (0.5 * (m.z - spread).max(0.0), 0.5 * (m.z + spread));
+        let (points, (x, y)) = (arm.len() as f64 + 1.0, arm.points());
+        let mean = arm.mean() * (arm.len() as f64 / points);
+        // Of the double angle: sums of squares less their half, and of products.
+        let (mut difference, mut product) = (mean.x * mean.x - mean.y * mean.y, 2.0 * mean.x * mean.y);
+        let mut total = mean.norm_squared();
+        for (x, y) in x.iter().zip(y) {
+            let (x, y) = (x - mean.x, y - mean.y);
+            difference += x * x - y * y;
+            product += 2.0 * x * y;
+            total += x * x + y * y;
+        }
+        let spread = difference.hypot(product);
+        let (cos, sin) = half_angle(difference, product, spread);
+        let (across, along) = (0.5 * (total - spread).max(0.0), 0.5 * (total + spread));
         Self { mean, normal: Vector2::new(-sin, cos), points, across, along }
     }
 

@@ -2,14 +2,17 @@
 
 use super::corner::{Corner, Resolution, locate, on_beam};
 use super::layout::{Layout, PaddedRanges};
-use super::neighbourhood::{Arms, LANES, is_corner, relative, sweep};
+use super::neighbourhood::{Arms, LANES};
 use super::options::Options;
+use super::radius::fill;
 use super::score::Ring;
 use super::suppression::{Candidate, Search};
+use super::sweep::{Sweep, Triangle};
 use crate::Keypoint;
 use groma_geometry::{So2, wrap};
 use groma_models::BeamGeometry;
 use nalgebra::Vector2;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Finds the corners of the scans of one scanner. Allocates nothing per scan once it has seen a few.
 ///
@@ -32,14 +35,21 @@ pub struct Detector {
     geometry: BeamGeometry,
     options: Options,
     layout: Layout,
+    /// The direction of every beam.
+    bearings: Vec<So2>,
     ring: Ring,
+    /// The vector instructions of this machine; the outcome does not depend on them.
+    arch: Arch,
     work: Workspace,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Workspace {
     ranges: PaddedRanges,
+    /// Of every beam [m]; 0 where it cannot be a corner.
+    radius: Vec<f64>,
     arms: Arms,
+    triangles: Vec<Triangle>,
     scored: Vec<Scored>,
     candidates: Vec<Candidate>,
     peaks: Vec<usize>,
@@ -50,13 +60,7 @@ struct Workspace {
 struct Scored {
     index: usize,
     score: u64,
-}
-
-/// Neighbourhoods of beams that are swept side by side.
-struct Group {
-    radius: [f64; LANES],
-    /// r^2 - rho^2, minus infinity where the beam cannot be a corner.
-    slack: [f64; LANES],
+    radius: f64,
     reach: usize,
 }
 
@@ -65,70 +69,19 @@ impl Detector {
     #[must_use]
     pub fn new(geometry: BeamGeometry, beams: usize, options: Options) -> Self {
         let layout = Layout::new(&geometry, beams);
-        Self { geometry, options, layout, ring: Ring::new(options.sectors), work: Workspace::default() }
+        let bearings = (0..layout.beams).map(|i| So2::exp(geometry.bearing(i))).collect();
+        let (ring, work) = (Ring::new(options.sectors), Workspace::default());
+        Self { geometry, options, layout, bearings, ring, arch: Arch::new(), work }
     }
 
     /// Replace `out` by the keypoints of a scan, in beam order. Beams the scan lacks count as no hits.
     pub fn detect(&mut self, ranges: &[f64], out: &mut Vec<Keypoint>) {
         out.clear();
-        self.work.ranges.load(ranges, &self.geometry, &self.layout, LANES);
-        self.find_candidates();
+        let Self { geometry, options, layout, ring, work, arch, .. } = self;
+        arch.dispatch(Find { ranges, geometry, options, layout, ring, work });
         self.suppress();
         for k in 0..self.work.peaks.len() {
             out.push(self.keypoint(self.work.peaks[k]));
-        }
-    }
-
-    /// Radius of the neighbourhood of a beam, 0 where the beam cannot be a corner.
-    fn radius(&self, i: usize) -> f64 {
-        let rho = self.work.ranges.at(i);
-        let within = rho >= self.options.range_min && rho <= self.options.range_max;
-        if within { self.options.radius(rho) } else { 0.0 }
-    }
-
-    /// The beams with a corner's triangle, scored.
-    fn find_candidates(&mut self) {
-        self.work.scored.clear();
-        for first in (0..self.layout.beams).step_by(LANES) {
-            let Some(group) = self.group(first) else { continue };
-            let furthest = sweep(&self.work.ranges, first, &group.slack, group.reach, &self.layout);
-            let sides = furthest.left.iter().zip(&furthest.right);
-            for (lane, (radius, (&left, &right))) in group.radius.iter().zip(sides).enumerate() {
-                if left > 0.0 && right > 0.0 {
-                    self.judge(first + lane, *radius, left as usize, right as usize);
-                }
-            }
-        }
-    }
-
-    /// Radii of the beams `first .. first + LANES`; none where no beam can be a corner.
-    fn group(&self, first: usize) -> Option<Group> {
-        let mut group = Group { radius: [0.0; LANES], slack: [f64::NEG_INFINITY; LANES], reach: 0 };
-        let mut steepest = 0.0_f64;
-        for (lane, i) in (first..self.layout.beams.min(first + LANES)).enumerate() {
-            let (rho, radius) = (self.work.ranges.at(i), self.radius(i));
-            if radius > 0.0 {
-                (group.radius[lane], group.slack[lane]) = (radius, radius * radius - rho * rho);
-                steepest = steepest.max(radius / rho);
-            }
-        }
-        group.reach = self.layout.reach_at(steepest);
-        (steepest > 0.0).then_some(group)
-    }
-
-    /// Score beam `i` if the triangle with its furthest neighbours, `left` and `right` beams off, is a corner's.
-    fn judge(&mut self, i: usize, radius: f64, left: usize, right: usize) {
-        let (ranges, layout) = (&self.work.ranges, &self.layout);
-        let (rho, before) = (ranges.at(i), ranges.before(i));
-        let first = relative(before[before.len() - left], rho, left, layout);
-        let last = relative(ranges.at_and_after(i)[right], rho, right, layout);
-        if !is_corner(Vector2::new(first.x, -first.y), last, radius / self.options.beta) {
-            return;
-        }
-        let arms = &mut self.work.arms;
-        arms.gather(ranges, i, radius, left.max(right), layout);
-        if arms.left.len().min(arms.right.len()) >= self.options.min_side_points {
-            self.work.scored.push(Scored { index: i, score: self.ring.score(arms, arms.opening()) });
         }
     }
 
@@ -139,15 +92,18 @@ impl Detector {
         candidates.clear();
         candidates.extend(scored.iter().map(|s| Candidate { index: s.index, quality: worst - s.score }));
         let threshold = worst * u64::from(self.options.threshold_percent) / 100;
-        let search = Search { ranges, layout: &self.layout, radius: self.options.suppression_radius, threshold };
+        let radius = self.options.suppression_radius;
+        let widest = self.layout.reach_at((radius / ranges.nearest(self.layout.beams)).min(1.0));
+        let search = Search { ranges, layout: &self.layout, radius, threshold, widest };
         search.peaks(candidates, peaks);
     }
 
     /// The keypoint of a peak.
     fn keypoint(&mut self, index: usize) -> Keypoint {
-        let (rho, radius) = (self.work.ranges.at(index), self.radius(index));
-        let arms = &mut self.work.arms;
-        arms.gather(&self.work.ranges, index, radius, self.layout.reach_at(radius / rho), &self.layout);
+        let at = self.work.scored.partition_point(|s| s.index < index);
+        let Scored { radius, reach, .. } = self.work.scored[at];
+        let (rho, arms) = (self.work.ranges.at(index), &mut self.work.arms);
+        arms.gather(&self.work.ranges, index, radius, reach, &self.layout);
         let resolution = Resolution { sigma: self.options.range_noise, spacing: rho * self.layout.step, radius };
         let corner = if self.options.sub_beam { locate(arms, &resolution) } else { on_beam(&resolution) };
         let opening = arms.opening();
@@ -157,12 +113,92 @@ impl Detector {
     /// From the frame of the beam, y towards growing index, to the frame of the laser.
     fn in_laser_frame(&self, index: usize, rho: f64, radius: f64, corner: Corner, opening: f64) -> Keypoint {
         let (bearing, turn) = (self.geometry.bearing(index), self.layout.turn);
-        let rotation = So2::exp(bearing);
+        let rotation = self.bearings[index];
         let point = rotation.act(Vector2::new(rho + corner.offset.x, turn * corner.offset.y));
         let mut local = corner.covariance;
         local.m12 *= turn;
         local.m21 *= turn;
         let covariance = rotation.matrix() * local * rotation.matrix().transpose();
         Keypoint { index, point, orientation: wrap(bearing + turn * opening), radius, covariance }
+    }
+}
+
+/// From ranges to scored beams, compiled for each instruction set.
+struct Find<'a> {
+    ranges: &'a [f64],
+    geometry: &'a BeamGeometry,
+    options: &'a Options,
+    layout: &'a Layout,
+    ring: &'a Ring,
+    work: &'a mut Workspace,
+}
+
+impl WithSimd for Find<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { ranges, geometry, options, layout, ring, work } = self;
+        work.ranges.load(ranges, geometry, layout, LANES);
+        fill(&mut work.radius, work.ranges.beams_and(layout.beams, LANES), options);
+        work.radius[layout.beams..].fill(0.0);
+        let sweep = Sweep { ranges: &work.ranges, layout, radius: &work.radius, beta: options.beta };
+        sweep.triangles(simd, &mut work.triangles);
+        work.score(layout, options, ring);
+    }
+}
+
+impl Workspace {
+    /// The beams of the triangles with enough neighbours on either side, scored.
+    #[inline(always)]
+    fn score(&mut self, layout: &Layout, options: &Options, ring: &Ring) {
+        self.scored.clear();
+        for &Triangle { index, radius, reach } in &self.triangles {
+            self.arms.gather(&self.ranges, index, radius, reach, layout);
+            if self.arms.left.len().min(self.arms.right.len()) >= options.min_side_points {
+                let score = ring.score(&self.arms, self.arms.opening());
+                self.scored.push(Scored { index, score, radius, reach });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_noise::Gaussian;
+    use pulp::Arch;
+
+    /// A zigzag of walls at right angles, with noise and gaps, in centimetres: many corners, many ties.
+    fn scan(beams: usize, step: f64, seed: u64) -> Vec<f64> {
+        let mut draw = Gaussian::new(seed);
+        let reading = |i: usize| {
+            let fold = ((i as f64 * step + 0.01 * seed as f64).rem_euclid(0.4) - 0.2).abs();
+            let range = 2.0 + 2.0 * fold + 0.01 * draw.draw();
+            if i % 101 == 7 { f64::NAN } else { (range * 100.0).round() / 100.0 }
+        };
+        (0..beams).map(reading).collect()
+    }
+
+    #[test]
+    fn every_instruction_set_finds_the_same_to_the_last_bit() {
+        for (beams, field) in [(181, 3.13), (361, 3.14), (1081, 4.7), (720, std::f64::consts::TAU), (3, 0.1)] {
+            let geometry = BeamGeometry {
+                angle_min: -1.0,
+                angle_increment: field / beams as f64,
+                time_increment: 0.0,
+                range_min: 0.05,
+                range_max: 30.0,
+            };
+            let (mut fast, mut found) = (Detector::new(geometry, beams, Options::default()), Vec::new());
+            let (mut plain, mut expected) = (Detector { arch: Arch::Scalar, ..fast.clone() }, Vec::new());
+            for seed in 0..40 {
+                let ranges = scan(beams, geometry.angle_increment, seed);
+                fast.detect(&ranges, &mut found);
+                plain.detect(&ranges, &mut expected);
+                assert_eq!(found, expected);
+                assert!(beams < 10 || !found.is_empty());
+            }
+        }
     }
 }

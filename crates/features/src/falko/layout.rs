@@ -35,12 +35,14 @@ impl Layout {
     }
 
     /// Most beams between a corner and its neighbour: within a quarter turn, as a radius is below the range.
+    #[inline(always)]
     pub fn reach(&self) -> usize {
         self.cos.len() - 1
     }
 
     /// A bound of the index distance of a neighbour at `ratio` = radius / range, the bearing of which is within
     /// `asin(z) <= z + z^3 / 4` (z <= 0.8). Across the seam of a closed scan two beams may be closer than a step.
+    #[inline(always)]
     pub fn reach_at(&self, ratio: f64) -> usize {
         let bearing = if ratio <= 0.8 { ratio + 0.25 * ratio.powi(3) } else { FRAC_PI_2 };
         let spare = if self.closed { 1.0 } else { 1e-6 };
@@ -59,13 +61,16 @@ pub(crate) struct PaddedRanges {
 
 impl PaddedRanges {
     /// Take over the hits of a scan; beams the scan lacks are no hits.
+    #[inline(always)]
     pub fn load(&mut self, ranges: &[f64], geometry: &BeamGeometry, layout: &Layout, extra: usize) {
         let (n, margin) = (layout.beams, layout.reach());
         self.margin = margin;
         self.values.clear();
         self.values.resize(n + 2 * margin + extra, f64::NAN);
-        for (value, &range) in self.values[margin..margin + n].iter_mut().zip(ranges) {
-            *value = if geometry.is_hit(range) { range } else { f64::NAN };
+        let beams = &mut self.values[margin..margin + n.min(ranges.len())];
+        let ranges = &ranges[..beams.len()];
+        for i in 0..beams.len() {
+            beams[i] = if geometry.is_hit(ranges[i]) { ranges[i] } else { f64::NAN };
         }
         if layout.closed {
             self.values.copy_within(n..n + margin, 0);
@@ -74,16 +79,31 @@ impl PaddedRanges {
     }
 
     /// Beam 0 and all after it, margin included.
+    #[inline(always)]
     pub fn at_and_after(&self, i: usize) -> &[f64] {
         &self.values[self.margin + i..]
     }
 
+    /// The first `n` beams, and what is after them to fill up chunks of `lanes`.
+    #[inline(always)]
+    pub fn beams_and(&self, n: usize, lanes: usize) -> &[f64] {
+        &self.values[self.margin..self.margin + n.next_multiple_of(lanes)]
+    }
+
     /// All before beam `i`, margin included.
+    #[inline(always)]
     pub fn before(&self, i: usize) -> &[f64] {
         &self.values[..self.margin + i]
     }
 
+    /// The shortest range of the first `n` beams.
+    pub fn nearest(&self, n: usize) -> f64 {
+        let beams = &self.values[self.margin..self.margin + n];
+        beams.iter().fold(f64::INFINITY, |least, rho| if *rho < least { *rho } else { least })
+    }
+
     /// Range of beam `i`.
+    #[inline(always)]
     pub fn at(&self, i: usize) -> f64 {
         self.values[self.margin + i]
     }

@@ -29,8 +29,10 @@ mod detector;
 pub(crate) mod layout;
 mod neighbourhood;
 mod options;
+mod radius;
 mod score;
 mod suppression;
+mod sweep;
 
 pub use batch::detect_all;
 pub use detector::Detector;

@@ -71,10 +71,4 @@ impl Options {
         require(radius.is_finite() && radius >= 0.0, "suppression_radius", radius, "0 m or more")?;
         require(positive(self.range_noise), "range_noise", self.range_noise, "above 0 m")
     }
-
-    /// Radius of the neighbourhood of a beam of range `rho` [m].
-    pub(super) fn radius(&self, rho: f64) -> f64 {
-        let radius = self.a * (self.b * rho).exp();
-        if radius >= rho { 0.8 * rho } else { radius }
-    }
 }

@@ -33,6 +33,8 @@ pub(super) struct Search<'a> {
     /// Suppression radius [m].
     pub radius: f64,
     pub threshold: u64,
+    /// The largest window of all beams.
+    pub widest: usize,
 }
 
 impl Search<'_> {
@@ -62,6 +64,9 @@ impl Search<'_> {
             if next == candidates.len() {
                 return; // no candidate left that could be a peak
             }
+            if let Some(empty) = self.empty_until(candidates[next].index, i, last) {
+                (i, last) = (empty, Candidate { index: empty - 1, quality: 0 });
+            }
             let here = candidates.get(next).filter(|c| c.index == i).map_or(0, |c| c.quality);
             let mut best = Candidate { index: i, quality: here };
             if !self.reaches(i, i - last.index) {
@@ -77,6 +82,13 @@ impl Search<'_> {
             }
             i = best.index.max(i + 1);
         }
+    }
+
+    /// The beam from which on candidates matter, if that is ahead: between candidates farther apart than any window the
+    /// search finds nothing, beam by beam.
+    fn empty_until(&self, next: usize, i: usize, last: Candidate) -> Option<usize> {
+        let empty = next.saturating_sub(self.widest + 1);
+        (empty > i && empty > last.index + self.widest + 1).then_some(empty)
     }
 
     /// The best candidate within the window before `own`; own unless strictly better.
