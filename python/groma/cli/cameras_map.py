@@ -42,7 +42,7 @@ def map_(
     Parameters
     ----------
     recording
-        Folder with target, odometry, intrinsics and detections (docs/reference/camera_network.md).
+        Folder with target, odometry, intrinsics, and detections or images (docs/reference/camera_network.md).
     output
         Folder for the results; a new one in results/ when left out.
     config
@@ -69,6 +69,7 @@ def map_(
 def map_into(directory: Path, recording: NetworkRecording, settings: Settings, command: str) -> NetworkMap:
     """Map a survey and write all files into a folder that exists."""
     console = Console(stderr=True)
+    recording.cache = directory
     mapper = NetworkMapper(recording.target, recording.cameras)
     with console.status("reading") if console.is_terminal else _Silent():
         for message, stop in recording.messages():

@@ -7,6 +7,7 @@ Its files:
     cameras/NAME.yaml      intrinsics of each camera, as ROS keeps them (camera_info)
     cameras/NAME.json      the covariance of its parameters, when it is known
     detections.jsonl       what the cameras saw: one panel in one image a line
+    images/NAME/STAMP.png  without detections.jsonl: the images, named by the time of the exposure [s]
 
 A line of detections.jsonl (gzip it if you like, detections.jsonl.gz):
 
@@ -19,8 +20,9 @@ left out. The clocks of cameras and robot must agree to the length of a stop, or
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -30,10 +32,13 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from groma.camera import Camera
+from groma.camera_images import find_targets
 from groma.detection import Detection
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.camera_info import read_camera_info, write_camera_info
+from groma.io.detections import DetectionCache
+from groma.io.images import read_images
 from groma.io.notes import Notes
 from groma.io.panels import write_panels
 from groma.io.recording import open_recording, write_recording
@@ -42,6 +47,7 @@ from groma.io.target_file import read_target
 from groma.models import Odometry
 from groma.network import KnownCamera
 from groma.target import Target
+from groma.vision import detection_defaults
 
 Array = NDArray[np.float64]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
@@ -74,6 +80,8 @@ class NetworkRecording:
     cameras: tuple[KnownCamera, ...]
     notes: Notes = field(default_factory=Notes)
     """What the last pass left out."""
+    cache: Path | None = None
+    """Folder in which detections in images are kept for the next time."""
 
     def messages(self) -> Iterator[tuple[Odometry | Detection, int | None]]:
         """Yield odometry and detections, the latter with the number of their stop when it is known."""
@@ -84,7 +92,32 @@ class NetworkRecording:
                 yield message, None
         for line in odometry.notes.lines():
             self.notes.assume(f"odometry: {line}")
-        yield from self._detections(_only(self.path, "detections.jsonl*"))
+        if list(self.path.glob("detections.jsonl*")):
+            yield from self._detections(_only(self.path, "detections.jsonl*"))
+        else:
+            yield from self._sightings()
+
+    def _sightings(self) -> Iterator[tuple[Detection, None]]:
+        """Look for the target in the images of each camera."""
+        gates = detection_defaults()
+        cache = DetectionCache(self.cache or self.path, self.target, gates)
+        for known in self.cameras:
+            folder = self.path / "images" / known.name
+            if not folder.is_dir():
+                self.notes.assume(f"{known.name}: no folder {folder}, so it saw nothing")
+                continue
+            found = find_targets(read_images(folder, self.notes), self.target, gates, cache, camera=known.name)
+            if found.size != (known.camera.width, known.camera.height):
+                columns, rows = found.size
+                raise UserError(
+                    f"{folder}: images are {columns} x {rows}, its camera_info says "
+                    f"{known.camera.width} x {known.camera.height}: give it the intrinsics of these images"
+                )
+            stamps = [_stamp(folder, name) for name in found.names]
+            for detection in found.detections:
+                yield replace(detection, stamp=stamps[int(detection.stamp)]), None
+        if self.cache is not None:
+            cache.save()
 
     def _detections(self, path: Path) -> Iterator[tuple[Detection, int | None]]:
         decoder = msgspec.json.Decoder(_Line)
@@ -113,7 +146,8 @@ def open_network(path: Path) -> NetworkRecording:
         raise UserError(f"{path / 'cameras'}: no NAME.yaml: put the camera_info of each camera there")
     cameras = tuple(_known(info) for info in infos)
     _only(path, "odometry.*")
-    _only(path, "detections.jsonl*")
+    if not (path / "images").is_dir():
+        _only(path, "detections.jsonl*")
     return NetworkRecording(path, read_target(_only(path, "target.*")), cameras)
 
 
@@ -194,6 +228,18 @@ def _only(folder: Path, pattern: str) -> Path:
     if len(found) != 1:
         raise UserError(f"{folder}: {len(found)} files {pattern}: there must be one")
     return found[0]
+
+
+def _stamp(folder: Path, name: str) -> float:
+    try:
+        stamp = float(Path(name).stem)
+    except ValueError:
+        stamp = math.nan
+    if not math.isfinite(stamp):
+        raise UserError(
+            f"{folder / name}: an image is named by the time of its exposure in seconds, such as 100.250.png"
+        )
+    return stamp
 
 
 def _detection(line: _Line) -> Detection:
