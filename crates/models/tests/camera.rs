@@ -1,4 +1,5 @@
 //! Cameras: Jacobians against differences, the inverse, the limits, and values that OpenCV gives.
+#![allow(clippy::unwrap_used)] // helpers of tests
 
 use groma_models::camera::{Camera, Lens, ParameterJacobian};
 use nalgebra::{Matrix2x3, Vector2, Vector3};

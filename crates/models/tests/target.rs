@@ -1,4 +1,5 @@
 //! Targets: where corners are, and what is refused.
+#![allow(clippy::unwrap_used)] // helpers of tests
 
 use groma_models::target::{Charuco, Chessboard, Panel, Pattern, TagGrid, Target};
 use nalgebra::Vector3;

@@ -1,4 +1,5 @@
 //! Corners of grids on rendered images: how near they come, whether their claims hold, what is left out.
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests, and figures for BENCHMARKS.md
 
 use groma_geometry::{LieGroup, Se3, So3};
 use groma_models::target::{Panel, Pattern, TagGrid, Target};

@@ -93,7 +93,7 @@ fn start(camera: &Camera, corners: &[Sighting]) -> Option<Se3> {
     let scale = 2.0 / (h.column(0).norm() + h.column(1).norm()) * h[(2, 2)].signum();
     let (a, b, t) = (h.column(0) * scale, h.column(1) * scale, h.column(2) * scale);
     let rotation = nearest_rotation(&Matrix3::from_columns(&[a, b, a.cross(&b)]))?;
-    let translation: Vector3<f64> = t.into();
+    let translation: Vector3<f64> = t;
     translation.iter().all(|v| v.is_finite()).then_some(Se3 { rotation, translation })
 }
 

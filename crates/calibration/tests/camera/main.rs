@@ -1,4 +1,5 @@
 //! Intrinsics from simulated views: exact without noise, honest with it, refused when the views do not tell them.
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // helpers of tests, and figures for BENCHMARKS.md
 
 mod pose;
 mod scene;
