@@ -58,6 +58,6 @@ class LocalizerOptions(TypedDict, total=False):
     range_max: float
     """Observations beyond this range are not used [m]."""
     memory: int
-    """Landmarks of the map whose error is remembered, at most."""
+    """Landmarks of the map whose error is remembered from scan to scan, at most."""
     dynamic: DynamicOptions
     lost: LostOptions

@@ -115,10 +115,10 @@ impl Memory {
         id
     }
 
-    /// Makes room for `more` landmarks of the map among at most `most`.
-    pub fn make_room(&mut self, joint: &mut Joint, more: usize, most: usize) {
+    /// Forgets landmarks of the map beyond `most`, those first that were not seen for longest.
+    pub fn limit(&mut self, joint: &mut Joint, most: usize) {
         let remembered = self.slots.iter().filter(|s| matches!(s, Slot::Map { .. })).count();
-        for _ in most.saturating_sub(more)..remembered {
+        for _ in most..remembered {
             let scans = self.slots.iter().enumerate().filter_map(|(slot, s)| match s {
                 Slot::Map { scan, .. } => Some((*scan, slot)),
                 Slot::Found(_) => None,

@@ -50,7 +50,7 @@ pub struct Options {
     pub max_nodes: usize,
     /// Observations beyond this range are not used [m].
     pub range_max: f64,
-    /// Landmarks of the map whose error is remembered, at most.
+    /// Landmarks of the map whose error is remembered from scan to scan, at most.
     pub memory: usize,
     /// Landmarks found on the way.
     pub dynamic: DynamicOptions,

@@ -87,7 +87,7 @@ impl Localizer {
                 quality,
             };
         }
-        self.memory.make_room(&mut self.joint, sighted.len(), self.options.memory.max(2 * sighted.len()));
+        self.memory.limit(&mut self.joint, self.options.memory);
         let open = self.open(&sighted);
         let (pairings, cut_short) = self.learn(open, &sighted);
         let matches = self.matches(&pairings);
