@@ -1,7 +1,7 @@
 //! The lens models and what they have in common.
 //!
 //! A lens takes a point to a distorted direction m in the plane z = 1. All radial-tangential models are one formula with
-//! some coefficients held at zero ([`super::brown`]); the fisheye model is [`super::equidistant`].
+//! some coefficients held at zero (`brown.rs`); the fisheye model is in `equidistant.rs`.
 //!
 //! | lens | parameters after fx fy cx cy | OpenCV, ROS | Kalibr |
 //! |---|---|---|---|
