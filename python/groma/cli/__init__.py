@@ -21,8 +21,6 @@ plan = App(name="plan", help="Say where to drive so that an estimate becomes as 
 app.command(plan)
 cameras = App(name="cameras", help="Map the fixed cameras of a building with a robot that carries a target.")
 app.command(cameras)
-plan = App(name="plan", help="Say where to drive, such that what is mapped or calibrated becomes as accurate as asked.")
-app.command(plan)
 
 app.command("groma.cli.demo:demo")
 app.command("groma.cli.inspect:inspect")

@@ -36,7 +36,7 @@ def exploration(
 ) -> None:
     """Explore buildings by every strategy and draw distance against accuracy, with bands of 95 %.
 
-    groma evaluate exploration --scene sparse --buildings 12
+    groma evaluate exploration --size 9 --buildings 4
 
     Parameters
     ----------
