@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 SCENES: tuple[str, ...] = tuple(_core.network_scenes())
 """corridor: 50 m one way, seven cameras. loop, laps: a loop of 50 m, eight cameras, once and three times. hallway: 50 m
-of hallways in a loop, seven cameras, seven times, with better wheels."""
+of hallways in a loop, seven cameras, ten times, with better wheels."""
 
 
 class SceneCamera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

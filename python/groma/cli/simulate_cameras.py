@@ -38,7 +38,7 @@ def cameras(
     ----------
     scene
         corridor: 50 m one way, seven cameras. loop, laps: a loop of 50 m, eight cameras, once and three times.
-        hallway: 50 m of hallways in a loop, seven cameras, seven times, with better wheels.
+        hallway: 50 m of hallways in a loop, seven cameras, ten times, with better wheels.
     output
         Folder to write.
     seed

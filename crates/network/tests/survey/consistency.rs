@@ -43,7 +43,7 @@ fn a_loop_with_unknown_focal_lengths_and_mount_is_consistent() {
     holds(many("loop", 4, everything, true_settings), 0.6, 1.5);
 }
 
-/// Every camera of the hallway to 0.10 m and 1 degree, seven laps.
+/// Every camera of the hallway to 0.10 m and 1 degree, ten laps.
 #[test]
 #[ignore = "statistics that take minutes"]
 fn ten_hallways() {
