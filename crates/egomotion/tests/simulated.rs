@@ -1,5 +1,7 @@
 //! Motions of a simulated laser against the truth: right, and as sure as they say.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly and tell figures")]
+
 use groma_egomotion::{Motion, Station, Stations, Verdict};
 use groma_geometry::Se2;
 use groma_simulation::calibration::{CalibrationDrive, CalibrationScenario, Drivetrain, Program};
