@@ -25,8 +25,8 @@ def openssl(*words: str, folder: Path) -> None:
 
 def authority(folder: Path) -> None:
     """Make the certificate of an authority: ca.pem, ca.key."""
-    words = ["req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=authority", "-keyout", "ca.key", "-out", "ca.pem"]
-    openssl(*words, "-addext", "basicConstraints=critical,CA:TRUE", folder=folder)
+    words = "req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=authority -keyout ca.key -out ca.pem"
+    openssl(*words.split(" "), "-addext", "basicConstraints=critical,CA:TRUE", folder=folder)
 
 
 def keys(folder: Path, name: str, signed_in: Path | None = None) -> Keys:
