@@ -47,6 +47,7 @@ class Counting:
     """Images whose grey tells their number."""
 
     name = "made-up images"
+    failures = 0
 
     def __init__(self) -> None:
         self._count = 0

@@ -34,7 +34,7 @@ from groma.link.protocol import (
     encode,
     health_key,
 )
-from groma.link.sources import Grey, Source, UnreadableError
+from groma.link.sources import Grey, Source
 
 if TYPE_CHECKING:
     import zenoh
@@ -79,7 +79,6 @@ class Node:
     _here: Stop | None = None
     """The stop that lasts."""
     _frames: int = 0
-    _failures: int = 0
     _sequence: int = 0
     _size: tuple[int, int] = (0, 0)
     _trouble: str = ""
@@ -120,12 +119,7 @@ class Node:
 
     def _shoot(self) -> None:
         captured = time.time()
-        try:
-            image = self.source.take()
-        except UnreadableError as error:
-            self._failures += 1
-            self._warn(str(error))
-            return
+        image = self.source.take()
         if image is None:
             if not self._ended:
                 self._warn(f"{self.source.name}: no image any more")
@@ -174,7 +168,7 @@ class Node:
             width=self._size[0],
             height=self._size[1],
             frames=self._frames,
-            failures=self._failures,
+            failures=self.source.failures,
             trouble=self._trouble,
         )
 

@@ -1,24 +1,23 @@
 """Where a camera node takes its images from: a folder, a video file, a V4L2 device. Grey images, one at a time.
 
-A folder gives its images in the order of their names, each once; a video its frames. A device gives the newest image
-at the time it is asked: older ones that wait in the driver are thrown away. An image that cannot be read is told and
-passed over.
+A folder gives its images in the order of their names, each once; a video its frames. A device gives what it sees now:
+images that wait in the driver are thrown away. Images that cannot be read are passed over and counted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
 
 from groma.errors import UserError
+from groma.io.images import count_images, read_images
+from groma.io.notes import Notes
+from groma.vision import load_opencv
 
 Grey = NDArray[np.uint8]
-SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff"})
 _BUFFERED = 4
 """Images that a driver may hold back."""
 
@@ -31,83 +30,65 @@ class Source(Protocol):
         """What it is, for a person."""
         ...
 
-    def take(self) -> Grey | None:
-        """Return the next image (h, w); None when there is none any more.
+    @property
+    def failures(self) -> int:
+        """Images that could not be read."""
+        ...
 
-        Raises
-        ------
-        UnreadableError
-            When this one cannot be read; the next may be asked for.
-        """
+    def take(self) -> Grey | None:
+        """Return the next image (h, w); None when there is none any more."""
         ...
 
 
-class UnreadableError(Exception):
-    """One image that cannot be read."""
-
-
-def open_source(where: str) -> Source:
-    """Open a folder of images, a video file, or a device (`/dev/video0`).
+def open_source(path: Path) -> Source:
+    """Open a folder of images, a video file, or a device.
 
     Raises
     ------
     UserError
         When there is no such thing, or no image in the folder.
     """
-    path = Path(where)
-    if path.is_dir():
-        return Folder(path)
-    if path.is_file() or path.is_char_device():
-        return Video(path)
-    raise UserError(f"{where}: there is no such folder, video or device")
+    return Device(path) if path.is_char_device() else Files(path)
 
 
-class Folder:
-    """Images of a folder, in the order of their names."""
+class Files:
+    """Images of a folder in the order of their names, or the frames of a video."""
 
     def __init__(self, path: Path) -> None:
-        images = sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES)
-        if not images:
-            raise UserError(f"{path}: no image in it ({', '.join(sorted(SUFFIXES))})")
-        self.name = f"folder {path.name}"
-        self._images: Iterator[Path] = iter(images)
+        if count_images(path) == 0:
+            raise UserError(f"{path}: no image in it")
+        self.name = f"images of {path.name}"
+        self._notes = Notes()
+        self._images = read_images(path, self._notes)
+
+    @property
+    def failures(self) -> int:
+        """See :class:`Source`."""
+        return self._notes.malformed
 
     def take(self) -> Grey | None:
         """Return the next image; see :class:`Source`."""
-        path = next(self._images, None)
-        if path is None:
-            return None
-        try:
-            with Image.open(path) as image:
-                return np.asarray(image.convert("L"))
-        except (OSError, UnidentifiedImageError) as error:
-            raise UnreadableError(f"{path.name}: cannot be read as an image") from error
+        image = next(self._images, None)
+        return None if image is None else image.pixels
 
 
-class Video:
-    """Frames of a video file, or what a device sees now."""
+class Device:
+    """What a V4L2 device sees now."""
+
+    failures = 0
 
     def __init__(self, path: Path) -> None:
-        self.name = f"{'device' if path.is_char_device() else 'video'} {path.name}"
-        self._live = path.is_char_device()
-        self._cv2 = _opencv()
+        self.name = f"device {path}"
+        self._cv2 = load_opencv(f"{path} is a device")
         self._capture = self._cv2.VideoCapture(str(path))
         if not self._capture.isOpened():
-            raise UserError(f"{path}: cannot be opened as a video")
+            raise UserError(f"{path}: cannot be opened as a camera")
 
     def take(self) -> Grey | None:
-        """Return the next image; see :class:`Source`."""
-        for _ in range(_BUFFERED if self._live else 0):
+        """Return the newest image; see :class:`Source`."""
+        for _ in range(_BUFFERED):
             self._capture.grab()
         read, image = self._capture.read()
         if not read:
             return None
         return np.asarray(image if image.ndim == 2 else self._cv2.cvtColor(image, self._cv2.COLOR_BGR2GRAY))
-
-
-def _opencv() -> Any:
-    try:
-        import cv2
-    except ModuleNotFoundError as error:
-        raise UserError("videos and devices need OpenCV: pip install 'groma[vision]'") from error
-    return cv2

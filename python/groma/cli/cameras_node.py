@@ -1,0 +1,70 @@
+"""`groma cameras node`: one camera on the network."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from groma.cli.link_options import Link, end_on_signal
+from groma.errors import UserError
+from groma.io.target_file import read_target
+from groma.link.journal import Journal
+from groma.link.node import ROBOT, Node, new_boot
+from groma.link.protocol import checked_name
+from groma.link.session import connect
+from groma.link.sight import sight
+from groma.link.sources import open_source
+
+
+def node(
+    source: Path,
+    /,
+    *,
+    camera: str,
+    target: Path,
+    rate: float = 0.0,
+    journal: Path = Path("journal"),
+    link: Annotated[Link, Parameter(name="*")] = Link(),  # noqa: B008
+) -> None:
+    """Put a camera on the network: take images at the robot's stops, detect, publish what was seen, until Ctrl-C.
+
+    groma cameras node images --camera hall --target target.toml
+
+    Parameters
+    ----------
+    source
+        A folder of images (each is taken once, in the order of their names), a video file, or a device like
+        /dev/video0.
+    camera
+        Name of the camera.
+    target
+        The panels on the robot: a .toml of groma's, a .yaml of Kalibr's.
+    rate
+        Images each second beside those at stops; they are recorded, not mapped.
+    journal
+        Folder in which what was published is kept, so that it can be sent again; the camera has a folder in it.
+    link
+        Where to meet.
+    """
+    if checked_name(camera, "--camera") == ROBOT:
+        raise UserError(f"--camera {camera}: this name is the survey's: choose another")
+    if not 0.0 <= rate <= 1000.0:
+        raise UserError(f"--rate {rate}: must be between 0 and 1000")
+    detect = sight(read_target(target))
+    images = open_source(source)
+    boot = new_boot()
+    kept = Journal(journal / camera, boot)
+    end = end_on_signal()
+    try:
+        with connect(link.endpoint, link.keys) as session:
+            print(f"{camera}: {images.name}, waiting for a survey at {link.endpoint}; Ctrl-C ends", file=sys.stderr)
+            Node(session, link.site, camera, images, detect, kept, boot, rate, report=_tell).run(end)
+    finally:
+        kept.close()
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr)

@@ -1,0 +1,144 @@
+"""`groma cameras survey`: the robot's side of the camera network, and the map at its end."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from groma.cli.cameras_map import map_and_tell
+from groma.cli.link_options import Link, end_on_signal
+from groma.io.network_recording import LINK_RECORDING, open_network, read_setup
+from groma.io.recording import open_recording
+from groma.io.results import point_latest, result_directory
+from groma.link.node import new_boot
+from groma.link.recorder import Recorder
+from groma.link.robot import Robot
+from groma.link.session import connect, listen
+from groma.link.survey import Peer, Survey
+from groma.models import Odometry
+
+_PERIOD = 0.5
+"""Time between two looks at who is alive [s]."""
+
+
+def survey(
+    setup: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    drive: Path | None = None,
+    link: Annotated[Link, Parameter(name="*")] = Link(),  # noqa: B008
+) -> None:
+    """Survey a building's cameras live: announce stops, collect what the cameras saw, record, and map at Ctrl-C.
+
+    groma cameras survey setup -o building
+
+    Parameters
+    ----------
+    setup
+        Folder with the target on the robot and the intrinsics of the cameras: a survey without its recording
+        (docs/reference/camera_network.md).
+    output
+        Folder for the survey and the map; a new one in results/ when left out.
+    drive
+        A recording whose odometry is played as the robot's, in its own time; the survey ends when it ends. Without it
+        the robot publishes its odometry (docs/reference/camera_protocol.md).
+    link
+        Where to meet.
+    """
+    read_setup(setup)
+    directory = result_directory(output, datetime.now().astimezone())
+    recorded = directory / "survey"
+    _copy_setup(setup, recorded)
+    end = end_on_signal()
+    with _recorder(recorded / LINK_RECORDING) as recorder, listen(link.endpoint, link.keys) as session:
+        collecting = Survey(session, link.site, new_boot(), recorder, report=_tell)
+        if drive is not None:
+            threading.Thread(target=_play, args=(drive, link, end), daemon=True).start()
+        thread = threading.Thread(target=_watch, args=(collecting, end), daemon=True)
+        thread.start()
+        collecting.run(end)
+        thread.join()
+        _account(collecting.peers())
+    if output is None:
+        point_latest(directory)
+    map_and_tell(directory, open_network(recorded))
+
+
+def _copy_setup(setup: Path, recorded: Path) -> None:
+    """Copy what the map needs beside the recording, so that the folder is a survey of its own."""
+    (recorded / "cameras").mkdir(parents=True, exist_ok=True)
+    for path in (*setup.glob("target.*"), *setup.glob("cameras/*.yaml"), *setup.glob("cameras/*.json")):
+        shutil.copyfile(path, recorded / path.relative_to(setup))
+
+
+@contextmanager
+def _recorder(path: Path) -> Iterator[Recorder]:
+    recorder = Recorder(path)
+    try:
+        yield recorder
+    finally:
+        recorder.close()
+
+
+def _play(drive: Path, link: Link, end: threading.Event) -> None:
+    """Send the odometry of a recording in its own time, then end the survey."""
+    with connect(link.endpoint, link.keys) as session:
+        robot, began, first = Robot(session, link.site), time.monotonic(), None
+        for message in open_recording(drive).messages():
+            if not isinstance(message, Odometry):
+                continue
+            first = message.stamp if first is None else first
+            if end.wait(max(0.0, began + message.stamp - first - time.monotonic())):
+                return
+            robot.send(message.stamp, message.x, message.y, message.theta)
+    end.set()
+
+
+def _watch(collecting: Survey, end: threading.Event) -> None:
+    """Show who is alive until the survey ends: a table on a terminal, else a line when one comes or goes."""
+    console = Console(stderr=True)
+    if console.is_terminal:
+        with Live(console=console, transient=True, auto_refresh=False) as live:
+            while not end.wait(_PERIOD):
+                live.update(_table(collecting), refresh=True)
+        return
+    alive: set[str] = set()
+    while not end.wait(_PERIOD):
+        now = {name for name, peer in collecting.peers().items() if peer.alive}
+        for name in sorted(now ^ alive):
+            _tell(f"{name} is {'there' if name in now else 'gone'}")
+        alive = now
+
+
+def _table(collecting: Survey) -> Table:
+    where = "moving" if collecting.stop is None else f"standing at stop {collecting.stop}"
+    table = Table("sender", "", "messages", "missing", "twice", "trouble", title=f"robot {where}")
+    for name, peer in collecting.peers().items():
+        trouble = peer.health.trouble if peer.health else ""
+        counts = (str(n) for n in (peer.tally.taken, peer.tally.missing, peer.tally.repeated))
+        table.add_row(name, "alive" if peer.alive else "", *counts, trouble)
+    return table
+
+
+def _account(peers: dict[str, Peer]) -> None:
+    """Say what arrived, and what did not."""
+    for name, peer in peers.items():
+        lost = f", {peer.tally.missing} lost for good" if peer.tally.missing else ""
+        _tell(f"{name}: {peer.tally.taken} messages{lost}")
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr)
