@@ -20,7 +20,7 @@ from rich.table import Table
 from groma.cli.cameras_map import map_and_tell
 from groma.cli.link_options import Link, end_on_signal
 from groma.io.network_recording import LINK_RECORDING, open_network, read_setup
-from groma.io.recording import open_recording
+from groma.io.recording import Recording, open_recording
 from groma.io.results import point_latest, result_directory
 from groma.link.node import new_boot
 from groma.link.recorder import Recorder
@@ -59,14 +59,15 @@ def survey(
         Where to meet.
     """
     read_setup(setup)
+    played = None if drive is None else open_recording(drive)
     directory = result_directory(output, datetime.now().astimezone())
     recorded = directory / "survey"
     _copy_setup(setup, recorded)
     end = end_on_signal()
     with _recorder(recorded / LINK_RECORDING) as recorder, listen(link.endpoint, link.keys) as session:
         collecting = Survey(session, link.site, new_boot(), recorder, report=_tell)
-        if drive is not None:
-            threading.Thread(target=_play, args=(drive, link, end), daemon=True).start()
+        if played is not None:
+            threading.Thread(target=_play, args=(played, link, end), daemon=True).start()
         thread = threading.Thread(target=_watch, args=(collecting, end), daemon=True)
         thread.start()
         collecting.run(end)
@@ -93,11 +94,11 @@ def _recorder(path: Path) -> Iterator[Recorder]:
         recorder.close()
 
 
-def _play(drive: Path, link: Link, end: threading.Event) -> None:
+def _play(drive: Recording, link: Link, end: threading.Event) -> None:
     """Send the odometry of a recording in its own time, then end the survey."""
     with connect(link.endpoint, link.keys) as session:
         robot, began, first = Robot(session, link.site), time.monotonic(), None
-        for message in open_recording(drive).messages():
+        for message in drive.messages():
             if not isinstance(message, Odometry):
                 continue
             first = message.stamp if first is None else first
