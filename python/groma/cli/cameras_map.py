@@ -53,13 +53,18 @@ def map_(
     new = output is None or not output.exists()
     directory = result_directory(output, datetime.now().astimezone())
     try:
-        network = map_into(directory, found, settings, shown_command(sys.argv[1:]))
+        map_and_tell(directory, found, settings, shown_command(sys.argv[1:]))
     except BaseException:
         if new and not any(directory.iterdir()):
             directory.rmdir()
         raise
     if output is None:
         point_latest(directory)
+
+
+def map_and_tell(directory: Path, found: NetworkRecording, settings: Settings, command: str) -> None:
+    """Map a survey into a folder that exists, and say how it went."""
+    network = map_into(directory, found, settings, command)
     for note in [*found.notes.lines(), *warnings(network)]:
         print(f"note: {note}", file=sys.stderr)
     print(network_verdict(network))

@@ -19,15 +19,16 @@ from rich.table import Table
 
 from groma.cli.cameras_map import map_and_tell
 from groma.cli.link_options import Link, end_on_signal
-from groma.io.network_recording import LINK_RECORDING, open_network, read_setup
+from groma.io.link_recording import Recorder
+from groma.io.network_recording import LIVE, open_network, open_setup
 from groma.io.recording import Recording, open_recording
-from groma.io.results import point_latest, result_directory
+from groma.io.results import point_latest, result_directory, shown_command
 from groma.link.node import new_boot
-from groma.link.recorder import Recorder
 from groma.link.robot import Robot
 from groma.link.session import connect, listen
 from groma.link.survey import Peer, Survey
 from groma.models import Odometry
+from groma.network import network_defaults
 
 _PERIOD = 0.5
 """Time between two looks at who is alive [s]."""
@@ -58,13 +59,13 @@ def survey(
     link
         Where to meet.
     """
-    read_setup(setup)
+    open_setup(setup)
     played = None if drive is None else open_recording(drive)
     directory = result_directory(output, datetime.now().astimezone())
     recorded = directory / "survey"
     _copy_setup(setup, recorded)
     end = end_on_signal()
-    with _recorder(recorded / LINK_RECORDING) as recorder, listen(link.endpoint, link.keys) as session:
+    with _recorder(recorded / LIVE) as recorder, listen(link.endpoint, link.keys) as session:
         collecting = Survey(session, link.site, new_boot(), recorder, report=_tell)
         if played is not None:
             threading.Thread(target=_play, args=(played, link, end), daemon=True).start()
@@ -75,7 +76,8 @@ def survey(
         _account(collecting.peers())
     if output is None:
         point_latest(directory)
-    map_and_tell(directory, open_network(recorded))
+    command = shown_command(["cameras", "map", recorded.name])
+    map_and_tell(directory, open_network(recorded), network_defaults(), command)
 
 
 def _copy_setup(setup: Path, recorded: Path) -> None:

@@ -8,6 +8,7 @@ Its files:
     cameras/NAME.json      the covariance of its parameters, when it is known
     detections.jsonl       what the cameras saw: one panel in one image a line
     images/NAME/STAMP.png  without detections.jsonl: the images, named by the time of the exposure [s]
+    recording.mcap         in place of odometry and detections: what a live survey received (io/link_recording.py)
 
 A line of detections.jsonl (gzip it if you like, detections.jsonl.gz):
 
@@ -39,6 +40,7 @@ from groma.io.atomic import write_text
 from groma.io.camera_info import read_camera_info, write_camera_info
 from groma.io.detections import DetectionCache
 from groma.io.images import read_images
+from groma.io.link_messages import network_messages
 from groma.io.notes import Notes
 from groma.io.panels import write_panels
 from groma.io.recording import open_recording, write_recording
@@ -52,6 +54,8 @@ from groma.vision import detection_defaults
 Array = NDArray[np.float64]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Positive = Annotated[float, Meta(gt=0)]
+LIVE = "recording.mcap"
+"""What a live survey received."""
 
 
 class _Line(msgspec.Struct, frozen=True):
@@ -86,6 +90,10 @@ class NetworkRecording:
     def messages(self) -> Iterator[tuple[Odometry | Detection, int | None]]:
         """Yield odometry and detections, the latter with the number of their stop when it is known."""
         self.notes.restart()
+        live = self.path / LIVE
+        yield from network_messages(live, self.notes.skip) if live.exists() else self._files()
+
+    def _files(self) -> Iterator[tuple[Odometry | Detection, int | None]]:
         odometry = open_recording(_only(self.path, "odometry.*"))
         for message in odometry.messages():
             if isinstance(message, Odometry):
@@ -139,15 +147,29 @@ def open_network(path: Path) -> NetworkRecording:
     UserError
         In one line, when the folder or one of its files is missing or makes no sense.
     """
+    found = open_setup(path)
+    if (path / LIVE).exists():
+        return found
+    _only(path, "odometry.*")
+    if not (path / "images").is_dir():
+        _only(path, "detections.jsonl*")
+    return found
+
+
+def open_setup(path: Path) -> NetworkRecording:
+    """Open what a survey begins with: target and intrinsics, no messages yet.
+
+    Raises
+    ------
+    UserError
+        As :func:`open_network`.
+    """
     if not path.is_dir():
         raise UserError(f"{path}: no such folder: a survey is a folder, see docs/reference/camera_network.md")
     infos = sorted((path / "cameras").glob("*.yaml"))
     if not infos:
         raise UserError(f"{path / 'cameras'}: no NAME.yaml: put the camera_info of each camera there")
     cameras = tuple(_known(info) for info in infos)
-    _only(path, "odometry.*")
-    if not (path / "images").is_dir():
-        _only(path, "detections.jsonl*")
     return NetworkRecording(path, read_target(_only(path, "target.*")), cameras)
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from groma.errors import UserError
+from groma.io.link_recording import Recorder
 from groma.link.collector import Collector, Tally
 from groma.link.node import ROBOT
 from groma.link.protocol import (
@@ -32,7 +33,6 @@ from groma.link.protocol import (
     health_key,
     key,
 )
-from groma.link.recorder import Recorder
 from groma.link.standstill import Standstill
 
 if TYPE_CHECKING:

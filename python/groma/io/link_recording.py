@@ -16,7 +16,7 @@ import msgspec
 
 from groma.errors import UserError
 from groma.io.containers import CutError
-from groma.io.mcap import MAGIC, Mcap
+from groma.io.mcap import Mcap
 from groma.link.protocol import AnyMessage, Detections, Health, Odometry, Stop, decode
 
 PREFIX = "groma."
@@ -99,18 +99,6 @@ class Recorder:
 
     def _failure(self, error: OSError) -> UserError:
         return UserError(f"{self._path}: cannot be written ({error.strerror}): make room, or choose another with -o")
-
-
-def is_link_recording(path: Path) -> bool:
-    """Return whether a file is an MCAP file with messages of the link."""
-    try:
-        with path.open("rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
-                return False
-        channels, _ = Mcap(path).channels()
-    except (OSError, CutError):
-        return False
-    return any(channel.msgtype.startswith(PREFIX) for channel in channels)
 
 
 def read_messages(path: Path) -> Iterator[AnyMessage]:

@@ -6,39 +6,38 @@ robot's clock. The clocks of the cameras are not used.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from groma import models
 from groma.detection import Detection
+from groma.io.link_recording import read_messages
 from groma.link.protocol import Corners, Detections, Numbered, Odometry, Stop, in_order
-from groma.link.recorder import read_messages
 
 Timed = tuple[models.Odometry | Detection, int | None]
 
 
-def network_messages(path: Path, left_out: Counter[str]) -> Iterator[Timed]:
+def network_messages(path: Path, skip: Callable[[str], None]) -> Iterator[Timed]:
     """Yield the odometry and the detections of a recording, the latter with the number of their stop.
 
     Parameters
     ----------
     path
         `recording.mcap` of a survey.
-    left_out
-        Counts what is left out, by its reason.
+    skip
+        Takes the reason for each message that is left out.
 
     Raises
     ------
     UserError
         When a message in it is not one of the protocol.
     """
-    yield from messages_to_map((m for m in read_messages(path) if isinstance(m, Numbered)), left_out)
+    yield from messages_to_map((m for m in read_messages(path) if isinstance(m, Numbered)), skip)
 
 
-def messages_to_map(messages: Iterable[Numbered], left_out: Counter[str]) -> Iterator[Timed]:
+def messages_to_map(messages: Iterable[Numbered], skip: Callable[[str], None]) -> Iterator[Timed]:
     """Yield the same from messages in any order, some of them twice."""
     numbered = in_order(list(messages))
     stops = {(m.boot, m.stop): m.stamp for m in numbered if isinstance(m, Stop) and m.standing}
@@ -50,9 +49,7 @@ def messages_to_map(messages: Iterable[Numbered], left_out: Counter[str]) -> Ite
         if isinstance(message, Detections):
             place = (message.survey or "", message.stop)
             if place not in stops:
-                left_out[
-                    "images taken when no stop lasted" if message.survey is None else "images of an unknown stop"
-                ] += 1
+                skip("images taken while no stop lasted" if message.survey is None else "images of an unknown stop")
                 continue
             for corners in message.panels:
                 yield _detection(message.sender, stops[place], corners), numbers[place]
