@@ -1,75 +1,85 @@
-"""`groma demo`: a simulated warehouse from the recording to the map, and how far the map is from the truth."""
+"""`groma demo`: what groma does, one chapter each, on simulated recordings, so that the truth is known."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import datetime
+from html import escape
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.cli.map import map_into
-from groma.cli.simulate import simulate
-from groma.errors import EstimationError
-from groma.evaluation.relations import RelationErrors, evaluate_relations, read_relations
-from groma.inspection import Inspection, inspect
-from groma.io.drive import open_drive
-from groma.io.recording import open_recording
-from groma.io.results import point_latest, result_directory, shown_command
-from groma.io.trajectory import read_tum
-from groma.mapper import map_defaults
-from groma.report.inspection_text import sections
-from groma.report.words import verdict
+from groma.cli.demo_cameras import map_simulated_cameras
+from groma.cli.demo_localization import localize_simulated
+from groma.cli.demo_map import map_simulated
+from groma.cli.demo_vehicle import calibrate_simulated
+from groma.io.atomic import write_text
+from groma.io.results import point_latest, result_directory
+from groma.report.page import Html, page, section, text
 
 SEED = 1
 
 
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """One thing that groma does."""
+
+    title: str
+    folder: str
+    command: str
+    """What a user types for a recording of his own."""
+    run: Callable[[Path, int], tuple[object, list[str]]]
+    """Takes a folder that exists and a seed; returns lines for a person last."""
+
+
+CHAPTERS = (
+    Chapter("Calibrate a vehicle", "vehicle", "groma calibrate vehicle FILE", calibrate_simulated),
+    Chapter("Map a building", "map", "groma map FILE", map_simulated),
+    Chapter("Localize in it", "localization", "groma localize FILE --map DIR --vehicle FILE", localize_simulated),
+    Chapter("Map its cameras", "cameras", "groma cameras map DIR", map_simulated_cameras),
+)
+
+
 def demo(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> None:
-    """Simulate a warehouse, map it, compare the map with the truth: the first command to try.
+    """Show what groma does on simulated recordings, each result held against the truth: the first command to try.
 
     groma demo
 
-    groma demo -o warehouse-map
+    groma demo -o demo
 
     Parameters
     ----------
     output
-        Folder for the recording and the results; a new one in results/ when left out.
+        Folder for the recordings and the results; a new one in results/ when left out.
     """
     directory = result_directory(output, datetime.now().astimezone())
-    recording = directory / "warehouse.mcap"
-    simulate("warehouse", output=recording, seed=SEED)
-    for line in _summary(inspect(open_recording(recording))):
-        print(line)
-    result = map_into(
-        directory, open_drive(open_recording(recording)), map_defaults(), shown_command(["map", recording.name])
-    )
+    told = [_show(chapter, directory) for chapter in CHAPTERS]
+    write_text(directory / "report.html", _contents(told))
     if output is None:
         point_latest(directory)
-    print(verdict(result))
-    print(_accuracy(_compare(directory)))
-    print(f"look at {directory / 'report.html'}; then, for a recording of your own: groma map FILE")
+    print(f"look at {directory / 'report.html'}; then, for a recording of your own: groma inspect FILE")
 
 
-def _summary(found: Inspection) -> list[str]:
-    """Return the head of what `groma inspect` says, and what it would map."""
-    streams = [f"{timing.count} {kind} on {name}" for (name, kind), timing in found.timings.items()]
-    return [next(sections(found)).title, f"  {', '.join(streams)}", *(f"  {line}" for line in found.drive)]
+def _show(chapter: Chapter, directory: Path) -> list[str]:
+    """Run a chapter in a folder of its own and print what it says."""
+    print(f"{chapter.title} ({chapter.command})", flush=True)
+    place = directory / chapter.folder
+    place.mkdir(exist_ok=True)
+    _, lines = chapter.run(place, SEED)
+    for line in lines:
+        print(f"  {line}", flush=True)
+    return lines
 
 
-def _compare(directory: Path) -> RelationErrors:
-    """Compare the trajectory that was written with the true relations that the simulation wrote."""
-    truth = read_relations(directory / "warehouse.relations")
-    errors = evaluate_relations(truth, read_tum(directory / "trajectory.tum"))
-    if not len(errors.translation):
-        raise EstimationError(f"{directory}: too little was mapped to be compared with the truth")
-    return errors
+def _contents(told: list[list[str]]) -> str:
+    """Return a page that leads to the reports."""
+    head = text("p", f"Simulated recordings, seed {SEED}: so the truth is known, and every result is held against it.")
+    parts = (_entry(chapter, lines) for chapter, lines in zip(CHAPTERS, told, strict=True))
+    return page("groma demo", [text("h1", "What groma does"), head, *parts])
 
 
-def _accuracy(errors: RelationErrors) -> str:
-    """Return the mean errors as one sentence."""
-    metres, degrees = errors.translation.mean(), errors.rotation.mean()
-    count = len(errors.translation)
-    return (
-        f"Measured against the truth: {metres:.3f} m and {degrees:.2f} deg in the mean of {count} true relative poses."
-    )
+def _entry(chapter: Chapter, lines: list[str]) -> Html:
+    link = Html(f'<p><a href="{escape(chapter.folder)}/report.html">The report</a></p>')
+    return section(chapter.title, *(text("p", line.strip()) for line in lines), text("pre", chapter.command), link)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
@@ -82,13 +83,18 @@ def localize(
     drive = open_drive(recording, scans=scans, odometry="none" if wheels else odometry)
     directory = result_directory(output, datetime.now().astimezone())
     request = Request(chart, LocalizerOptions(**settings), pose, wheels)  # type: ignore[typeddict-item]
-    result = _with_progress(drive, request)
-    seen = _seen(drive, result, request)
     run = run_record({"localize": {**settings, "start": start}}, file, shown_command(sys.argv[1:]))
-    save_localized(result, seen, run | {"map": _named(map_), "vehicle": _named(vehicle)}, directory)
+    result = localize_into(directory, drive, request, run | {"map": _named(map_), "vehicle": _named(vehicle)})
     if output is None:
         point_latest(directory)
     _tell(result, drive, directory)
+
+
+def localize_into(directory: Path, drive: Drive, request: Request, run: Mapping[str, object]) -> Localized:
+    """Localize a drive, with progress on a terminal, and write all files into a folder that exists."""
+    result = _with_progress(drive, request)
+    save_localized(result, _seen(drive, result, request), run, directory)
+    return result
 
 
 def _settings(config: Path | None, mode: str | None) -> Settings:
