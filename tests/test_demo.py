@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import re
+from html import escape
 from pathlib import Path
 
 import pytest
 
 import groma.cli
+import groma.cli.demo
 import groma.cli.simulate
 from drives import scene
+from groma.cli.demo import CHAPTERS, SEED
+from groma.cli.demo_cameras import map_simulated_cameras
+from groma.cli.demo_localization import localize_simulated
 from groma.simulation import Scenario
 
 LEFT = {
@@ -40,20 +45,28 @@ def out(tmp_path: Path) -> Path:
     return tmp_path / "out"
 
 
+def few_chapters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The chapter that maps, alone."""
+    monkeypatch.setattr(groma.cli.demo, "CHAPTERS", [c for c in CHAPTERS if c.folder == "map"])
+
+
 @pytest.fixture
-def told(out: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+def told(out: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[str]:
     """The lines of a run; nothing goes to standard error when it is no terminal."""
+    few_chapters(monkeypatch)
     assert groma.cli.run(["demo", "-o", str(out)]) == 0
     text, error = capsys.readouterr()
     assert not error
     return text.splitlines()
 
 
-def test_it_ends_with_verdict_accuracy_and_what_to_do_next(out: Path, told: list[str]) -> None:
-    assert len(told) <= 12
+def test_a_chapter_says_what_was_typed_what_came_out_and_how_far_it_is_from_the_truth(
+    out: Path, told: list[str]
+) -> None:
+    assert told[0] == "Map a building (groma map FILE)"
     verdict, accuracy, after = told[-3:]
-    assert verdict.startswith("The map is consistent: ")
-    assert after == f"look at {out / 'report.html'}; then, for a recording of your own: groma map FILE"
+    assert verdict.startswith("  The map is consistent: ")
+    assert after.startswith(f"look at {out / 'report.html'}; then, ")
     found = re.search(r"truth: ([\d.]+) m and ([\d.]+) deg in the mean of (\d+) true", accuracy)
     assert found
     assert float(found[1]) < 0.02
@@ -61,15 +74,16 @@ def test_it_ends_with_verdict_accuracy_and_what_to_do_next(out: Path, told: list
     assert int(found[3]) > 100
 
 
-def test_it_says_first_what_is_in_the_recording(out: Path, told: list[str]) -> None:
-    assert told[0].startswith(f"{out / 'warehouse.mcap'}: 521 scans, ")
-    assert told[1].startswith(f"{out / 'warehouse.mcap'}: MCAP, ")
-    assert "521 laser scan on /scan" in told[2]
-    assert "  odometry from /odom" in told
+def test_the_first_page_leads_to_the_report_of_each_chapter(out: Path, told: list[str]) -> None:
+    content = (out / "report.html").read_text()
+    assert escape(told[-3].strip()) in content
+    links = re.findall(r'href="([^"]*)"', content)
+    assert links == ["map/report.html"]
+    assert all((out / link).is_file() for link in links)
 
 
 def test_the_accuracy_is_that_of_groma_evaluate(out: Path, told: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    names = [str(out / "trajectory.tum"), "--relations", str(out / "warehouse.relations")]
+    names = [str(out / "map" / "trajectory.tum"), "--relations", str(out / "map" / "warehouse.relations")]
     assert groma.cli.run(["evaluate", "trajectory", *names]) == 0
     error = re.search(r"translation error +([\d.]+) ", capsys.readouterr().out)
     assert error
@@ -80,16 +94,37 @@ def test_the_accuracy_is_that_of_groma_evaluate(out: Path, told: list[str], caps
 def test_groma_map_makes_the_same_of_its_recording(
     out: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert {path.name for path in out.iterdir()} == LEFT | SIMULATED
-    monkeypatch.chdir(out)
+    folder = out / "map"
+    assert {path.name for path in folder.iterdir()} == LEFT | SIMULATED
+    monkeypatch.chdir(folder)
     monkeypatch.setattr("sys.argv", ["groma", "map", "warehouse.mcap", "-o", "again"])
     assert groma.cli.run(["map", "warehouse.mcap", "-o", "again"]) == 0
     for name in sorted(LEFT):
-        assert (out / "again" / name).read_bytes() == (out / name).read_bytes(), name
+        assert (folder / "again" / name).read_bytes() == (folder / name).read_bytes(), name
     assert "report.html" in capsys.readouterr().out
 
 
 def test_without_a_folder_latest_points_to_a_new_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    few_chapters(monkeypatch)
     monkeypatch.chdir(tmp_path)
     assert groma.cli.run(["demo"]) == 0
-    assert {path.name for path in (tmp_path / "results/latest").iterdir()} == LEFT | SIMULATED
+    assert {path.name for path in (tmp_path / "results/latest").iterdir()} == {"map", "report.html"}
+
+
+def test_cameras_are_a_tenth_of_a_metre_off_at_most(tmp_path: Path) -> None:
+    _, (_, accuracy) = map_simulated_cameras(tmp_path, SEED)
+    found = re.search(r"cameras (\d+) mm off at most, where odometry alone ends ([\d.]+) m off", accuracy)
+    assert found
+    assert int(found[1]) <= 100
+    assert float(found[2]) > 0.5
+    assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_the_depot_is_found_again_to_a_centimetre(tmp_path: Path) -> None:
+    _, (_, accuracy) = localize_simulated(tmp_path, SEED)
+    found = re.search(r"truth: (\d+) mm in the median, (\d+) mm at most", accuracy)
+    assert found
+    assert int(found[1]) <= 10
+    assert int(found[2]) <= 30
+    assert (tmp_path / "report.html").is_file()

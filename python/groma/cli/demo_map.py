@@ -1,4 +1,4 @@
-"""The part of a demonstration that maps: a simulated warehouse from the recording to the map, held against its truth."""
+"""The part of a demonstration that maps: a simulated warehouse, from recording to map, held against its truth."""
 
 from __future__ import annotations
 
