@@ -28,7 +28,7 @@ $(VENV)/.built: $(VENV)/.tools $(SOURCES)
 setup: $(VENV)/.tools ## make .venv with the tools
 build: $(VENV)/.built ## build the extension and install groma into .venv
 
-demo: build ## simulate a warehouse, map it, show the report
+demo: build ## show what groma does on simulated recordings
 	$(BIN)/groma demo
 
 test: build ## all quick tests: Rust, then Python

@@ -41,7 +41,7 @@ def sent(simulated: SimulatedNetwork) -> Iterator[Numbered]:
     """Yield what robot, survey and cameras would send, an image a camera and stamp."""
     for i, (stamp, x, y, theta) in enumerate(simulated.odometry.tolist()):
         yield Odometry(sender="robot", boot="r", sequence=i, stamp=stamp, x=x, y=y, theta=theta)
-    for i, (begin, end) in enumerate(simulated.halts.tolist()):
+    for i, (begin, end) in enumerate(simulated.stop_times.tolist()):
         yield Stop(sender=ROBOT, boot="s", sequence=i, stop=i, stamp=(begin + end) / 2, standing=True)
     counts: dict[str, int] = {}
     seen = ((d, stop) for d, stop in simulated.messages() if isinstance(d, Detection))
@@ -138,7 +138,7 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
     assert surveyed.returncode == 1, "nothing was seen, so there is no map"
     assert "eye is there" in surveyed.stderr
     assert "no camera saw" in surveyed.stderr.splitlines()[-1]
-    assert node.returncode == 0
+    assert node.returncode == 0, told
     assert "waiting for a survey" in told
     recorded = [m for m in read_messages(tmp_path / "out" / "survey" / LIVE) if isinstance(m, Detections)]
     assert [m.stop for m in recorded if m.survey] == [0, 0, 0]

@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
+import zenoh
 
 from groma.errors import UserError
 from groma.link.session import Keys, connect, is_loopback, listen
@@ -82,8 +83,12 @@ def test_with_keys_only_those_whom_the_authority_signed_are_heard(tmp_path: Path
     heard: list[str] = []
     arrived = threading.Event()
 
+    def hear(sample: zenoh.Sample) -> None:
+        heard.append(sample.payload.to_string())
+        arrived.set()
+
     with listen(endpoint, keys(home, "survey")) as survey:
-        survey.declare_subscriber("greeting", lambda s: (heard.append(s.payload.to_string()), arrived.set()))
+        survey.declare_subscriber("greeting", hear)
         with connect(endpoint, stranger) as out, connect(endpoint, keys(home, "camera")) as camera:
             for _ in range(100):
                 out.put("greeting", "stranger")
