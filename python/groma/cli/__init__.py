@@ -17,8 +17,6 @@ evaluate = App(name="evaluate", help="Compare estimates with references.")
 app.command(evaluate)
 calibrate = App(name="calibrate", help="Estimate what a vehicle or a camera is like from a recording.")
 app.command(calibrate)
-plan = App(name="plan", help="Say where to drive so that an estimate becomes as good as wanted in the least time.")
-app.command(plan)
 cameras = App(name="cameras", help="Map the fixed cameras of a building with a robot that carries a target.")
 app.command(cameras)
 
