@@ -1,4 +1,4 @@
-"""Map a building from a recording of a wheeled robot with a 2D laser scanner, accurately."""
+"""Make wheeled robots, and the cameras of the building they work in, accurate: calibrate, map, localize, plan."""
 
 from groma._core import __version__
 
