@@ -10,16 +10,19 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from PIL import Image
 
 from groma.cli import run
 from groma.detection import Detection
 from groma.errors import EstimationError, UserError
 from groma.io.kalibr_camchain import read_camchain
 from groma.io.network_file import read_network
-from groma.io.network_recording import open_network, read_covariance
+from groma.io.network_recording import open_network, read_covariance, write_network
 from groma.models import Odometry
 from groma.network import NetworkMap, NetworkMapper, rotation_matrix
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
+from groma.rendered_network import rendered_messages
+from groma.rendering import Gray
 from groma.report.network_words import network_verdict, warnings, weak_directions
 
 
@@ -63,6 +66,29 @@ def test_two_runs_give_the_same_bytes(survey: Path, tmp_path: Path) -> None:
     for path in (tmp_path / "a").rglob("*"):
         if path.is_file() and path.name != "run.toml":
             assert path.read_bytes() == (tmp_path / "b" / path.relative_to(tmp_path / "a")).read_bytes()
+
+
+def test_images_give_the_map_of_the_detections_in_them(tmp_path: Path) -> None:
+    scene = network_scene("corridor", 1)
+    simulated = simulate_network(msgspec.structs.replace(scene, stops=scene.stops[:8], cameras=scene.cameras[:2]))
+
+    def keep(camera: str, stop: int, image: Gray) -> None:
+        folder = tmp_path / "survey" / "images" / camera
+        folder.mkdir(parents=True, exist_ok=True)
+        Image.fromarray(image).save(folder / f"{simulated.stop_times[stop].mean():.3f}.png")
+
+    messages = list(rendered_messages(simulated, keep=keep))
+    survey, out = tmp_path / "survey", (tmp_path / "a", tmp_path / "b")
+    write_network(survey, scene.target, simulated.scene.known(), iter(messages))
+    assert run(["cameras", "map", str(survey), "-o", str(out[0])]) == 0
+    (survey / "detections.jsonl").unlink()
+    assert run(["cameras", "map", str(survey), "-o", str(out[1])]) == 0
+    said, seen = (read_network(folder / "network.json")[0] for folder in out)
+    assert len(said) == len(seen) > 0
+    for a, b in zip(said, seen, strict=True):
+        assert a.pose == pytest.approx(b.pose, abs=1e-9)
+    Image.new("L", (640, 480)).save(survey / "images" / "camera1" / "first.png")
+    assert run(["cameras", "map", str(survey), "-o", str(out[1])]) == 2
 
 
 def test_the_order_of_messages_and_repetition_do_not_matter() -> None:
