@@ -51,3 +51,22 @@ def test_keypoints_equal_the_reference(shared: Path, name: str, a: float) -> Non
         turn = np.exp(1j * found.orientation) / np.exp(1j * expected[:, 3])
         np.testing.assert_allclose(np.angle(turn), 0, atol=ROUNDING)
         np.testing.assert_allclose(found.radius, expected[:, 4], rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_turning_or_mirroring_the_scanner_keeps_the_keypoints(shared: Path, name: str) -> None:
+    scans = list(readings(shared / "data" / LOGS[name]))
+    step = np.pi / (len(scans[0]) - len(scans[0]) % 2)
+
+    def found(angle_min: float, increment: float) -> list[features.Keypoints]:
+        return features.falko_batch(scans, BeamGeometry(angle_min, increment, 0, 0, np.inf))
+
+    before = found(-np.pi / 2, step)
+    for angle in (0.7, 3.0, 2 * np.pi, -5.3):
+        for a, b in zip(before, found(angle - np.pi / 2, step), strict=True):
+            np.testing.assert_array_equal(a.index, b.index)
+            turned = (a.point[:, 0] + 1j * a.point[:, 1]) * np.exp(1j * angle)
+            np.testing.assert_allclose(turned, b.point[:, 0] + 1j * b.point[:, 1], rtol=0, atol=1e-12)
+    for a, b in zip(before, found(np.pi / 2, -step), strict=True):
+        np.testing.assert_array_equal(a.index, b.index)
+        np.testing.assert_allclose(a.point, b.point * [1, -1], rtol=0, atol=1e-12)
