@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from groma.cli import run as command
+from groma.cli.evaluate_exploration import demonstrate
 from groma.errors import UserError
 from groma.evaluation.exploration import band, trade_offs
 from groma.exploration import Budget, Explorer, Graph, Lambda, Place, Settings, Sigma, explore, scene, try_walk
@@ -158,6 +159,12 @@ def test_a_comparison_is_written_whole(tmp_path: Path) -> None:
     assert len(rows) == 4 + 3 * 2
     assert all(float(row["sigma"]) > 0 for row in rows)
     assert "survey" in (out / "report.html").read_text()
+
+
+def test_the_demonstration_writes_a_plan_and_a_comparison(tmp_path: Path) -> None:
+    told = demonstrate(tmp_path)
+    assert "find 16 cameras" in told[0]
+    assert all(Path(page).is_file() for page in told[1:])
 
 
 def test_the_band_is_students() -> None:

@@ -1,5 +1,6 @@
 //! Where to drive such that what is calibrated or mapped becomes as accurate as asked for in the least distance.
 
+pub mod camera;
 pub mod error;
 pub mod exploration;
 pub mod vehicle;

@@ -15,7 +15,7 @@ from rich.progress import Progress
 
 from groma.errors import UserError
 from groma.evaluation.exploration import LAMBDAS, Traded, trade_offs
-from groma.exploration import Graph, SceneName
+from groma.exploration import Graph, SceneName, Settings
 from groma.exploration import scene as draw
 from groma.io.atomic import write_text
 from groma.io.camera_graph import read_graph
@@ -77,6 +77,20 @@ def exploration(
         weight = "" if point.weight is None else f"lambda {point.weight:g}"
         print(f"{point.strategy:18} {weight:12} {point.distance:7.0f} m  sigma {point.sigma:.3f} m")
     print(f"{directory / 'report.html'}")
+
+
+def demonstrate(directory: Path) -> list[str]:
+    """Plan the drive through a building of 16 cameras and compare all strategies there; returns what to tell."""
+    from groma.cli.plan_exploration import plan_into
+
+    building, lambdas = draw("sparse"), (10.0, 100.0, 1000.0)
+    plan, comparison = directory / "plan", directory / "strategies"
+    for folder in (plan, comparison):
+        folder.mkdir(parents=True, exist_ok=True)
+    told = plan_into(plan, building, Settings(), {"scene": "sparse"}, frames=True)
+    record = run_record({"exploration": {"scene": "sparse", "lambdas": list(lambdas)}}, None, None)
+    save(comparison, _compared([building], lambdas), 1, record)
+    return [told, f"{plan / 'report.html'}", f"{comparison / 'report.html'}"]
 
 
 def save(directory: Path, curves: Sequence[Traded], buildings: int, record: dict[str, object]) -> None:

@@ -105,6 +105,15 @@ def exploration(
     _complain(goal, run, sum(node.camera for node in building.nodes))
 
 
+def plan_into(directory: Path, building: Graph, settings: Settings, given: dict[str, object], *, frames: bool) -> str:
+    """Plan, try the plan out, write all files into a folder that exists; returns the verdict."""
+    run = explore(building, settings)
+    tried = try_walk(building, run.walk, noise=settings.noise, runs=TRIES)
+    record = run_record({"exploration": settings.table() | given}, None, None)
+    save(directory, building, run, tried, record, frames=frames)
+    return verdict(building, run, tried)
+
+
 def save(
     directory: Path, building: Graph, run: Run, tried: Tried | None, record: dict[str, object], *, frames: bool
 ) -> None:

@@ -14,6 +14,8 @@ pub mod explorer;
 mod frontier;
 pub mod graph;
 mod known;
+#[cfg(test)]
+mod live;
 pub mod monte_carlo;
 pub mod noise;
 #[cfg(test)]
