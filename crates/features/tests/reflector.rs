@@ -135,7 +135,7 @@ fn tally(post: bool, scaling: Scaling, step_deg: f64, runs: usize) -> Tally {
         let error = best.point - middle;
         seen += 1.0;
         bias += error.dot(&middle.normalize());
-        nees += error.dot(&(best.covariance.try_inverse().unwrap() * error));
+        nees += best.covariance.try_inverse().map_or(f64::NAN, |information| error.dot(&(information * error)));
         others += found.len() as f64 - 1.0;
     }
     let runs = runs as f64;
