@@ -68,6 +68,9 @@ fn vehicle_calibrate<'py>(
     to_dict(py, &found, options.noise_known && !options.robust)
 }
 
+/// The numbers by name, and the motions that were kept.
+type ClosedForm = (Vec<(String, f64)>, Vec<usize>);
+
 /// The closed form alone, with trimming: the nine numbers and the motions that were kept.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument an array or a setting: Python names them")]
@@ -80,7 +83,7 @@ fn vehicle_closed_form<'py>(
     asked: Asked,
     centres: bool,
     trim: (usize, f64),
-) -> PyResult<Option<(Vec<(String, f64)>, Vec<usize>)>> {
+) -> PyResult<Option<ClosedForm>> {
     let log = wheel_log(&time, &readings, steered).map_err(|e| raise(py, &e))?;
     let motions = to_motions(&motions);
     let (model, wheelbase, gain, delay, free) = asked;

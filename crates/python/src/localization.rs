@@ -45,7 +45,7 @@ fn wheel_motion<'py>(
     parameters: [f64; DRIVE],
     step: (f64, f64),
     noise: &str,
-) -> PyResult<(Pose, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<(Pose, Matrix<'py>, Matrix<'py>)> {
     let drive = match tricycle {
         true => Drive::Tricycle(Tricycle::from_parameters(parameters)),
         false => Drive::Differential(Differential::from_parameters(parameters)),
@@ -88,7 +88,7 @@ impl Relocalizer {
         descriptors: PyReadonlyArray2<'py, u8>,
         scan: Option<Scan<'py>>,
         mount: Pose,
-    ) -> Vec<(Pose, Bound<'py, PyArray2<f64>>, f64, f64, usize)> {
+    ) -> Vec<Place<'py>> {
         let unknown = vec![-1_i64; observations.as_array().nrows()];
         let observations = to_observations(&observations, &reflector, &descriptors, &unknown);
         let mount = to_pose(mount);
@@ -107,6 +107,11 @@ impl Relocalizer {
 }
 
 type Pose = (f64, f64, f64);
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+/// Pose, covariance, evidence, probability, number of pairs.
+type Place<'py> = (Pose, Matrix<'py>, f64, f64, usize);
+/// Stamp, time between beams, the beams, their ranges.
+type TimedScan<'py> = (f64, f64, (f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
 type Table<'py> = PyReadonlyArray2<'py, f64>;
 /// Scan to tell what is in view: angle_min, angle_increment, range_min, range_max; readings.
 type Scan<'py> = ((f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
@@ -168,7 +173,7 @@ impl Localizer {
         reflector: PyReadonlyArray1<'py, bool>,
         descriptors: PyReadonlyArray2<'py, u8>,
         identities: PyReadonlyArray1<'py, i64>,
-        scan: Option<(f64, f64, (f64, f64, f64, f64), PyReadonlyArray1<'py, f64>)>,
+        scan: Option<TimedScan<'py>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let observations = to_observations(&observations, &reflector, &descriptors, identities.as_slice()?);
         let scan = scan.map(|(stamp, time_increment, beams, ranges)| LaserScan {

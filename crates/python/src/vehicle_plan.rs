@@ -68,7 +68,7 @@ fn vehicle_grid(
     limits: &str,
     count: usize,
     turn: f64,
-) -> PyResult<(Vec<Row>, Option<(f64, f64)>)> {
+) -> PyResult<Grid> {
     let (layout, vehicle, sigmas) = wanted(model, &parameters, &free, &sigmas)?;
     let (noise, limits): (Noise, Limits) = (parse(noise)?, parse(limits)?);
     let arcs = grid(&vehicle, count, turn, &limits);
@@ -79,6 +79,8 @@ fn vehicle_grid(
     Ok((rows, scaled.map(|w| (w.iter().sum(), choice.total(&w)))))
 }
 
+/// The arcs; their number and time.
+type Grid = (Vec<Row>, Option<(f64, f64)>);
 type Wanted = (Layout, Vehicle, Vec<Option<f64>>);
 
 fn wanted(
