@@ -29,6 +29,8 @@ COMMANDS = [
     ["calibrate", "camera"],
     ["calibrate", "vehicle"],
     ["cameras", "map"],
+    ["cameras", "node"],
+    ["cameras", "survey"],
     ["plan", "exploration"],
     ["plan", "vehicle"],
     ["evaluate", "exploration"],

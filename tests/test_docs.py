@@ -20,6 +20,7 @@ import pytest
 
 import groma.cli
 import groma.cli.simulate
+from camera_scenes import poses, write_images
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
 from groma.simulation import Scenario, Simulated, scenario, simulate, true_relations, write_relations
@@ -28,6 +29,7 @@ from groma.vehicle_simulation import Arcs, CalibrationDrive, Tricycle, calibrati
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+KALIBR_TARGET = "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.08\ntagSpacing: 0.3\n"
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
@@ -43,6 +45,19 @@ def lines(page: Path) -> list[str]:
     """The command lines of groma on a page, in order."""
     return [line for block in blocks(page, "sh") for line in block.splitlines() if line.startswith("groma ")]
 
+
+NOT_RUN = (
+    "groma calibrate camera drive.mp4 ",
+    "groma cameras map survey",
+    "groma cameras node ",
+    "groma cameras survey ",
+    "groma demo",
+    "groma localize day2.mcap ",
+    "groma map drive.mcap --landmarks ",
+    "groma promote ",
+    "groma simulate localization ",
+)
+"""Beginnings of lines that are only parsed: they wait for others, take minutes, or need what other tests make."""
 
 WITH_LINES = [page for page in PAGES if lines(page)]
 
@@ -80,6 +95,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "drive.csv.gz").rename(folder / "intel.clf.gz")  # the content decides, not the suffix
     write_tum(folder / "truth.tum", drive.stamps, drive.truth)
     write_relations(folder / "intel.relations", true_relations(drive.scan_stamps, drive.scan_truth))
+    write_images(folder / "images", poses(12, seed=1))
+    (folder / "april_6x6.yaml").write_text(KALIBR_TARGET)
     shutil.copytree(_mapped(folder), folder / "results" / "latest")
     return folder
 
@@ -120,7 +137,10 @@ def test_the_pages_hold_command_lines() -> None:
 @pytest.mark.usefixtures("folder")
 def test_every_command_line_runs(page: Path) -> None:
     for line in lines(page):
-        assert groma.cli.run(shlex.split(line)[1:]) == 0, line
+        words = shlex.split(line)[1:]
+        groma.cli.app.parse_args(words, exit_on_error=False, print_error=False)
+        if not line.startswith(NOT_RUN):
+            assert groma.cli.run(words) == 0, line
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=name)

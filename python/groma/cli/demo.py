@@ -14,6 +14,7 @@ from cyclopts import Parameter
 from groma.cli.demo_cameras import map_simulated_cameras
 from groma.cli.demo_localization import localize_simulated
 from groma.cli.demo_map import map_simulated
+from groma.cli.demo_plan import PLANS, plan_simulated
 from groma.cli.demo_vehicle import calibrate_simulated
 from groma.io.atomic import write_text
 from groma.io.results import point_latest, result_directory
@@ -32,6 +33,8 @@ class Chapter:
     """What a user types for a recording of his own."""
     run: Callable[[Path, int], tuple[object, list[str]]]
     """Takes a folder that exists and a seed; returns lines for a person last."""
+    pages: tuple[str, ...] = ("report.html",)
+    """Its reports, in the folder."""
 
 
 CHAPTERS = (
@@ -39,6 +42,7 @@ CHAPTERS = (
     Chapter("Map a building", "map", "groma map FILE", map_simulated),
     Chapter("Localize in it", "localization", "groma localize FILE --map DIR --vehicle FILE", localize_simulated),
     Chapter("Map its cameras", "cameras", "groma cameras map DIR", map_simulated_cameras),
+    Chapter("Plan where to drive", "plan", "groma plan exploration GRAPH", plan_simulated, PLANS),
 )
 
 
@@ -81,5 +85,8 @@ def _contents(told: list[list[str]]) -> str:
 
 
 def _entry(chapter: Chapter, lines: list[str]) -> Html:
-    link = Html(f'<p><a href="{escape(chapter.folder)}/report.html">The report</a></p>')
-    return section(chapter.title, *(text("p", line.strip()) for line in lines), text("pre", chapter.command), link)
+    links = (
+        Html(f'<p><a href="{chapter.folder}/{name}">{escape(chapter.folder)}/{escape(name)}</a></p>')
+        for name in chapter.pages
+    )
+    return section(chapter.title, *(text("p", line.strip()) for line in lines), text("pre", chapter.command), *links)

@@ -15,7 +15,7 @@ from rich.progress import Progress
 
 from groma.errors import UserError
 from groma.evaluation.exploration import LAMBDAS, Traded, trade_offs
-from groma.exploration import Graph, SceneName, Settings
+from groma.exploration import Graph, SceneName
 from groma.exploration import scene as draw
 from groma.io.atomic import write_text
 from groma.io.camera_graph import read_graph
@@ -65,7 +65,7 @@ def exploration(
     drawn = [read_graph(path) for path in graphs]
     drawn = drawn or [draw(scene, size=size, step=step, density=density, seed=seed) for seed in seeds]
     directory = result_directory(output, datetime.now().astimezone())
-    curves = _compared(drawn, lambdas)
+    curves = compared(drawn, lambdas)
     given: dict[str, object] = {"scene": scene, "size": size, "step": step, "density": density}
     record = run_record(
         {"exploration": given | {"buildings": len(drawn), "lambdas": list(lambdas)}}, None, shown_command(sys.argv[1:])
@@ -77,20 +77,6 @@ def exploration(
         weight = "" if point.weight is None else f"lambda {point.weight:g}"
         print(f"{point.strategy:18} {weight:12} {point.distance:7.0f} m  sigma {point.sigma:.3f} m")
     print(f"{directory / 'report.html'}")
-
-
-def demonstrate(directory: Path) -> list[str]:
-    """Plan the drive through a building of 16 cameras and compare all strategies there; returns what to tell."""
-    from groma.cli.plan_exploration import plan_into
-
-    building, lambdas = draw("sparse"), (10.0, 100.0, 1000.0)
-    plan, comparison = directory / "plan", directory / "strategies"
-    for folder in (plan, comparison):
-        folder.mkdir(parents=True, exist_ok=True)
-    told = plan_into(plan, building, Settings(), {"scene": "sparse"}, frames=True)
-    record = run_record({"exploration": {"scene": "sparse", "lambdas": list(lambdas)}}, None, None)
-    save(comparison, _compared([building], lambdas), 1, record)
-    return [told, f"{plan / 'report.html'}", f"{comparison / 'report.html'}"]
 
 
 def save(directory: Path, curves: Sequence[Traded], buildings: int, record: dict[str, object]) -> None:
@@ -107,7 +93,8 @@ def save(directory: Path, curves: Sequence[Traded], buildings: int, record: dict
     write_text(directory / "report.html", comparison_report(curves, buildings, record))
 
 
-def _compared(graphs: Sequence[Graph], lambdas: Sequence[float]) -> list[Traded]:
+def compared(graphs: Sequence[Graph], lambdas: Sequence[float]) -> list[Traded]:
+    """Explore buildings by every strategy, with progress on a terminal."""
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("explore", total=None)
