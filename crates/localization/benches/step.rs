@@ -7,7 +7,7 @@
 #[path = "../tests/drive/mod.rs"]
 mod drive;
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group, criterion_main};
 use drive::{Draw, Hall};
 use groma_geometry::Se2;
 use groma_localization::{Localizer, Mode, Motion, Observation, Options, Start};
