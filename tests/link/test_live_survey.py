@@ -120,7 +120,7 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
     for i in range(12):
         Image.fromarray(np.full((48, 64), 20 * i, np.uint8)).save(images / f"{i}.png")
     (images / "5.png").write_bytes(b"no image")
-    rows = [f"ODOM,{0.05 * i:.2f},/odom,odom,base_link,{min(i, 20) / 20},0,0" for i in range(120)]
+    rows = [f"ODOM,{0.05 * i:.2f},/odom,odom,base_link,{min(i, 20) / 20},0,0" for i in range(200)]
     (tmp_path / "drive.csv").write_text("\n".join(["# groma csv 1", *rows]) + "\n")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
