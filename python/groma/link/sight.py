@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from groma.detection import Detection
 from groma.link.node import Detect
 from groma.link.protocol import Corners
@@ -18,6 +20,7 @@ def sight(target: Target) -> Detect:
     UserError
         When the target has a board and OpenCV is missing, or a tag family is unknown.
     """
+    detect(np.zeros((16, 16), np.uint8), target)  # what is missing shows now, not at the first stop
 
     def see(image: Grey) -> tuple[tuple[Corners, ...], int]:
         detections, left_out = detect(image, target)
