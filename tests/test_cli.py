@@ -31,6 +31,7 @@ COMMANDS = [
     ["cameras", "map"],
     ["cameras", "node"],
     ["cameras", "survey"],
+    ["plan", "camera"],
     ["plan", "exploration"],
     ["plan", "vehicle"],
     ["evaluate", "exploration"],

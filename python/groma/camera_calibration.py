@@ -140,7 +140,7 @@ def calibrate_camera(
     views = [(int(image), len(d.corners)) for image, d in zip(images, detections, strict=True)]
     merged = {**camera_defaults(), **(settings or {})}
     try:
-        core = _core.calibrate_camera(size, views, *_flat(target, detections), json.dumps(merged))
+        core = _core.calibrate_camera(size, views, *flat_corners(target, detections), json.dumps(merged))
     except ValueError as error:
         raise UserError(f"setting of camera: {error}") from error
     except RuntimeError as error:
@@ -150,7 +150,7 @@ def calibrate_camera(
 
 def panel_pose(camera: Camera, target: Target, detection: Detection) -> PanelPose | None:
     """Return the pose of a panel; None when its corners tell none."""
-    found = _core.camera_panel_pose(camera.json(), *_flat(target, [detection]))
+    found = _core.camera_panel_pose(camera.json(), *flat_corners(target, [detection]))
     if found is None:
         return None
     pose, covariance, sensitivity, chi_square, dof, decided, other = found
@@ -186,8 +186,8 @@ def projection_sigmas(camera: Camera, covariance: Array) -> tuple[Array, Array]:
     return pixels.reshape(rows, columns, 2), sigmas.reshape(rows, columns)
 
 
-def _flat(target: Target, detections: Sequence[Detection]) -> tuple[Array, Array, Array]:
-    """Return points (N, 3), pixels (N, 2) and sigmas (N,) of all corners."""
+def flat_corners(target: Target, detections: Sequence[Detection]) -> tuple[Array, Array, Array]:
+    """Return points (N, 3), pixels (N, 2) and sigmas (N,) of all corners, one detection after the other."""
     corners = {panel.name: panel.corners for panel in target.panels}
     points = [corners[detection.panel][detection.corners] for detection in detections]
     pixels = [detection.pixels for detection in detections]

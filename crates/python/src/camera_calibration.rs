@@ -73,7 +73,7 @@ fn calibrate_camera(
     Ok(arrays(py, &views, &found))
 }
 
-fn sightings(
+pub(crate) fn sightings(
     points: &PyReadonlyArray2<'_, f64>,
     pixels: &PyReadonlyArray2<'_, f64>,
     sigmas: &PyReadonlyArray1<'_, f64>,

@@ -3,6 +3,7 @@
 mod calibration;
 mod camera;
 mod camera_calibration;
+mod camera_plan;
 mod egomotion;
 mod exploration;
 mod features;
@@ -22,6 +23,7 @@ use pyo3::prelude::*;
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
     camera_calibration::register(m)?;
+    camera_plan::register(m)?;
     egomotion::register(m)?;
     calibration::register(m)?;
     exploration::register(m)?;

@@ -27,7 +27,11 @@ GROUPS = {
     },
     "calibrate": {"vehicle": "calibrate_vehicle:vehicle", "camera": "calibrate_camera:camera"},
     "cameras": {"map": "cameras_map:map_", "node": "cameras_node:node", "survey": "cameras_survey:survey"},
-    "plan": {"vehicle": "plan_vehicle:vehicle", "exploration": "plan_exploration:exploration"},
+    "plan": {
+        "vehicle": "plan_vehicle:vehicle",
+        "camera": "plan_camera:camera",
+        "exploration": "plan_exploration:exploration",
+    },
     "evaluate": {
         "exploration": "evaluate_exploration:exploration",
         "features": "evaluate_features:features",

@@ -101,7 +101,7 @@ class NetworkRecording:
         for line in odometry.notes.lines():
             self.notes.assume(f"odometry: {line}")
         if list(self.path.glob("detections.jsonl*")):
-            yield from self._detections(_only(self.path, "detections.jsonl*"))
+            yield from read_detections(_only(self.path, "detections.jsonl*"), self.notes)
         else:
             yield from self._sightings()
 
@@ -127,16 +127,31 @@ class NetworkRecording:
         if self.cache is not None:
             cache.save()
 
-    def _detections(self, path: Path) -> Iterator[tuple[Detection, int | None]]:
-        decoder = msgspec.json.Decoder(_Line)
-        for number, line in enumerate(read_bytes(path).splitlines(), 1):
-            if not line.strip():
-                continue
-            try:
-                found = decoder.decode(line)
-                yield _detection(found), found.stop
-            except (msgspec.DecodeError, ValueError) as error:
-                self.notes.reject(f"{path.name}:{number}", str(error))
+
+def read_detections(path: Path, notes: Notes) -> Iterator[tuple[Detection, int | None]]:
+    """Yield what cameras saw, with the number of the stop when it is known; malformed lines are noted and left out.
+
+    Parameters
+    ----------
+    path
+        detections.jsonl, maybe gzipped.
+    notes
+        Take what is left out.
+
+    Raises
+    ------
+    UserError
+        When the file cannot be read.
+    """
+    decoder = msgspec.json.Decoder(_Line)
+    for number, line in enumerate(read_bytes(path).splitlines(), 1):
+        if not line.strip():
+            continue
+        try:
+            found = decoder.decode(line)
+            yield _detection(found), found.stop
+        except (msgspec.DecodeError, ValueError) as error:
+            notes.reject(f"{path.name}:{number}", str(error))
 
 
 def open_network(path: Path) -> NetworkRecording:

@@ -13,7 +13,7 @@ from groma.io.toml import to_toml
 from groma.report import camera_pictures as pictures
 from groma.report.camera_figures import coverage, held_out_rms, tilt_spread, weak_direction
 from groma.report.page import Html, details, facts, figure, page, section, table, text
-from groma.report.words import count, number
+from groma.report.words import count, number, pixels
 
 _FOOTER = "groma {}: the same images and settings give the same bytes."
 _ROWS = 40
@@ -43,8 +43,8 @@ def verdict(found: CameraCalibration) -> str:
     """Return in a sentence how good the calibration is, in pixels, and whether it may be believed."""
     worst = projection_sigmas(found.camera, found.covariance)[1]
     good = (
-        f"Projections are known to {_px(float(np.nanmedian(worst)))} in most of the image and to "
-        f"{_px(float(np.nanmax(worst)))} at its worst place"
+        f"Projections are known to {pixels(float(np.nanmedian(worst)))} in most of the image and to "
+        f"{pixels(float(np.nanmax(worst)))} at its worst place"
     )
     return f"{good}; {_belief(found)}."
 
@@ -61,17 +61,13 @@ def _belief(found: CameraCalibration) -> str:
     return f"halves of the images agree as the residuals claim (factor {number(factor, 2)})"
 
 
-def _px(value: float) -> str:
-    return f"{value:.2g}\N{NO-BREAK SPACE}px"
-
-
 def _facts(found: CameraCalibration) -> Html:
     fx, fy = found.camera.parameters[:2]
     taken = sum(view.taken for view in found.views)
     return facts(
         [
             ("focal length", f"{number((fx + fy) / 2, 1)}\N{NO-BREAK SPACE}px"),
-            ("residual, rms", _px(found.rms)),
+            ("residual, rms", pixels(found.rms)),
             ("views used", str(taken)),
             ("corners used", str(int(sum(view.used.sum() for view in found.views if view.taken)))),
             ("of the image covered", f"{number(100 * coverage(found), 0)}\N{NO-BREAK SPACE}%"),
@@ -132,7 +128,7 @@ def _trust(found: CameraCalibration) -> Html:
         told = (
             f"In {count(honesty.splits, 'split')} the images were halved at random and both halves calibrated: their "
             f"parameters differ {number(honesty.factor, 2)} times as much as claimed, their projections by "
-            f"{_px(honesty.projection_rms)} (rms over the image). The covariance to use is the claimed one times "
+            f"{pixels(honesty.projection_rms)} (rms over the image). The covariance to use is the claimed one times "
             f"{number(max(1.0, honesty.factor) ** 2, 2)}."
         )
     weak = f"Known worst in combination: {direction} ({number(100 * share, 0)} % of the scatter of all parameters)."
@@ -187,7 +183,7 @@ def _seen(found: CameraCalibration, sightings: Sightings) -> Html:
     if found.left_out:
         told.append(f"{count(len(found.left_out), 'view')} left out: too few corners, or no pose explains them.")
     if (rms := held_out_rms(found)) is not None:
-        told.append(f"Views that were held out fit to {_px(rms)} (rms).")
+        told.append(f"Views that were held out fit to {pixels(rms)} (rms).")
     rows = [[what, str(number)] for what, number in sightings.left_out.most_common() if number]
     parts = [text("p", " ".join(told))]
     if rows:

@@ -29,6 +29,13 @@ def angle(radians: float) -> str:
     return f"{number(math.degrees(radians), 2)}°" if math.isfinite(radians) else "–"
 
 
+def pixels(size: float) -> str:
+    """Return a length in an image, to two digits below ten pixels."""
+    if not math.isfinite(size):
+        return "–"
+    return f"{number(size, 0) if size >= 10 else f'{size:.2g}'}\N{NO-BREAK SPACE}px"
+
+
 def duration(seconds: float) -> str:
     """Return a time as hours, minutes and seconds."""
     if not math.isfinite(seconds):

@@ -2,16 +2,22 @@
 //!
 //! [`Stage`] is the camera on its mount and the panels on the robot; [`Motion`] the drives that people use;
 //! [`Knowledge`] what views tell of the intrinsics; [`next_best`] the drive that lowers the worst projection uncertainty
-//! most for its length; [`trials`] calibrates from drawn corners, end to end.
+//! most for what it costs; [`ranking`] the drives that people use, best first; [`trials`] calibrates from drawn corners,
+//! end to end, and [`study`] from a panel held in the hand, to see what number, tilt, distance, grid and coverage give.
 
 mod knowledge;
 mod motion;
 mod next_best;
+mod ranking;
 mod stage;
+mod step;
+mod study;
 mod trial;
 
 pub use knowledge::Knowledge;
 pub use motion::{Drive, Motion};
-pub use next_best::{Search, next_best};
-pub use stage::{PanelView, Stage};
-pub use trial::{Trials, trials};
+pub use next_best::{Plan, Search, Stop, next_best};
+pub use ranking::{Judged, ranking};
+pub use stage::{FAN, PanelView, SIGMA, Stage, mount, nominal_camera, upright_panels};
+pub use study::{Sitting, Study, study};
+pub use trial::{Trials, Tries, trials};

@@ -1,21 +1,30 @@
 //! A camera on its mount, a robot with panels on the floor before it, and what the camera sees of them.
 //!
-//! The floor is z = 0; the camera stands at (0, 0, height), looks along x and down by its pitch. A panel is seen when its
-//! front is turned towards the camera by less than 75 degrees and at least eight of its corners are in the image, two
-//! pixels from its border. Not modelled: occlusion, blur, light.
+//! The floor is z = 0, its origin the foot of the camera, x the direction in which it looks. A panel is seen when its
+//! front is turned towards the camera by less than 75 degrees and enough of it can be read: four tags whose four corners are
+//! in the image, two pixels from its border, and whose sides are 8 pixels long; of a board, eight corners. Not modelled:
+//! occlusion, blur, light.
 
 use crate::error::Error;
 use groma_geometry::{LieGroup, Se2, Se3, So3};
 use groma_models::target::TagGrid;
 use groma_models::{Camera, Lens, Panel, Pattern, Target};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
+use std::f64::consts::FRAC_PI_4;
 
 /// Cosine of the steepest angle under which a panel is read.
 const STEEPEST: f64 = 0.26;
-/// Fewest corners of a panel that is read.
+/// Fewest tags of a panel that is read, and corners of a board.
+const LEAST_TAGS: usize = 4;
 const LEAST_CORNERS: usize = 8;
+/// Shortest side of a tag that is read [pixel].
+const SHORTEST: f64 = 8.0;
 /// Distance from the border of the image at which a corner counts [pixel].
 const MARGIN: f64 = 2.0;
+/// Standard deviation of a corner's coordinate [pixel].
+pub const SIGMA: f64 = 0.3;
+/// Headings of three panels, 45 degrees apart [rad].
+pub const FAN: [f64; 3] = [-FRAC_PI_4, 0.0, FRAC_PI_4];
 
 /// What a drive is judged on.
 #[derive(Clone, Debug)]
@@ -28,6 +37,8 @@ pub struct Stage {
     pub target: Target,
     /// Standard deviation of a corner's coordinate [pixel].
     pub sigma: f64,
+    /// Corners of each panel in its frame [m].
+    corners: Vec<Vec<Vector3<f64>>>,
 }
 
 /// A panel in an image.
@@ -40,22 +51,25 @@ pub struct PanelView {
 }
 
 impl Stage {
-    /// A camera at a height [m], pitched down [rad], and panels of 6 by 6 tags, 0.6 m wide, upright around the robot at
-    /// the given yaws [rad], their middles 0.3 m from its centre and 0.8 m high.
-    pub fn new(camera: Camera, height: f64, pitch: f64, yaws: &[f64]) -> Result<Self, Error> {
+    /// A camera on a mount before a robot that carries a target.
+    ///
+    /// # Errors
+    /// When the camera is not above the floor, a number is not finite, or the target makes no sense.
+    pub fn new(camera: Camera, mount: Se3, target: Target, sigma: f64) -> Result<Self, Error> {
+        let height = mount.translation.z;
         Error::unless(height > 0.0 && height.is_finite(), "height", height, "must be above 0 and finite")?;
-        Error::unless(pitch.abs() < 1.5, "pitch", pitch, "must be within 1.5 rad of level")?;
-        let (s, c) = pitch.sin_cos();
-        let rotation = Matrix3::new(0.0, -s, c, -1.0, 0.0, 0.0, 0.0, -c, -s);
-        let mount = Se3 { rotation: turned(rotation), translation: Vector3::new(0.0, 0.0, height) };
-        let panels = yaws.iter().enumerate().map(|(k, &yaw)| upright(k, yaw)).collect();
-        Ok(Self { camera, mount, target: Target { panels }, sigma: 0.3 })
+        Error::unless(sigma > 0.0 && sigma.is_finite(), "corner", sigma, "must be above 0 and finite")?;
+        target.check().map_err(|e| Error::Graph(e.to_string()))?;
+        let corners = target.panels.iter().map(|panel| panel.pattern.corners()).collect();
+        Ok(Self { camera, mount, target, sigma, corners })
     }
 
-    /// The camera of the thesis' kind: 640 by 480 pixels, focal length 600, some barrel distortion.
-    pub fn nominal_camera() -> Result<Camera, Error> {
-        let parameters = vec![600.0, 600.0, 319.5, 239.5, -0.25, 0.1, 0.0, 0.0];
-        Camera::new(640, 480, Lens::Radtan, parameters).map_err(|e| Error::Unreachable(e.to_string()))
+    /// The same with other panels.
+    ///
+    /// # Errors
+    /// As [`Stage::new`].
+    pub fn with_target(&self, target: Target) -> Result<Self, Error> {
+        Self::new(self.camera.clone(), self.mount, target, self.sigma)
     }
 
     /// What the camera sees of a robot at a pose.
@@ -64,26 +78,75 @@ impl Stage {
         let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), robot.theta());
         let translation = Vector3::new(robot.x(), robot.y(), 0.0);
         let t_camera_robot = self.mount.inverse() * Se3 { rotation: So3 { quaternion: yaw }, translation };
-        self.target.panels.iter().filter_map(|panel| self.view(panel, t_camera_robot * panel.t_robot_panel())).collect()
+        let panels = self.target.panels.iter().zip(&self.corners);
+        panels
+            .filter_map(|(panel, corners)| self.view(panel, corners, t_camera_robot * panel.t_robot_panel()))
+            .collect()
     }
 
-    fn view(&self, panel: &Panel, pose: Se3) -> Option<PanelView> {
-        let corners = panel.pattern.corners();
+    /// What the camera reads of a panel at `T_camera_panel`.
+    pub(super) fn view(&self, panel: &Panel, corners: &[Vector3<f64>], pose: Se3) -> Option<PanelView> {
         let middle = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
         let to_camera = -pose.act(&middle);
-        let facing = (pose.rotation.matrix() * Vector3::z()).dot(&to_camera) / to_camera.norm();
+        let facing = (pose.rotation.matrix() * outwards(panel)).dot(&to_camera) / to_camera.norm();
         if facing < STEEPEST {
             return None;
         }
-        let seen: Vec<_> =
-            corners.into_iter().filter(|p| self.camera.project(&pose.act(p)).is_some_and(|q| self.holds(q))).collect();
-        (seen.len() >= LEAST_CORNERS).then_some(PanelView { pose, corners: seen })
+        let corners = match panel.pattern {
+            Pattern::TagGrid(_) => self.read_tags(corners, &pose),
+            _ => corners.iter().copied().filter(|p| self.pixel(&pose.act(p)).is_some()).collect(),
+        };
+        let least = if matches!(panel.pattern, Pattern::TagGrid(_)) { 4 * LEAST_TAGS } else { LEAST_CORNERS };
+        (corners.len() >= least).then_some(PanelView { pose, corners })
     }
 
-    fn holds(&self, pixel: Vector2<f64>) -> bool {
-        let shift = Vector2::new(MARGIN, MARGIN);
-        self.camera.holds(&(pixel - shift)) && self.camera.holds(&(pixel + shift))
+    /// The corners of the tags that can be read.
+    fn read_tags(&self, corners: &[Vector3<f64>], pose: &Se3) -> Vec<Vector3<f64>> {
+        let is_read = |tag: &&[Vector3<f64>]| {
+            let pixels: Option<Vec<_>> = tag.iter().map(|p| self.pixel(&pose.act(p))).collect();
+            pixels.is_some_and(|q| (0..q.len()).all(|k| (q[k] - q[(k + 1) % q.len()]).norm() >= SHORTEST))
+        };
+        corners.chunks_exact(4).filter(is_read).flatten().copied().collect()
     }
+
+    /// Where a point is seen, if well inside the image.
+    fn pixel(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
+        let shift = Vector2::new(MARGIN, MARGIN);
+        let inside = |q: &Vector2<f64>| self.camera.holds(&(q - shift)) && self.camera.holds(&(q + shift));
+        self.camera.project(point).filter(inside)
+    }
+}
+
+/// `T_floor_camera` of a camera at a height [m], pitched down [rad], level across.
+///
+/// # Errors
+/// When it does not look forward.
+pub fn mount(height: f64, pitch: f64) -> Result<Se3, Error> {
+    Error::unless(pitch.abs() < 1.5, "pitch", pitch, "must be within 1.5 rad of level")?;
+    let (s, c) = pitch.sin_cos();
+    let rotation = Matrix3::new(0.0, -s, c, -1.0, 0.0, 0.0, 0.0, -c, -s);
+    Ok(Se3 { rotation: turned(rotation), translation: Vector3::new(0.0, 0.0, height) })
+}
+
+/// A camera of the thesis' kind: 640 by 480 pixels, focal length 600, some barrel distortion.
+///
+/// # Errors
+/// Never; its numbers are good.
+pub fn nominal_camera() -> Result<Camera, Error> {
+    let parameters = vec![600.0, 600.0, 319.5, 239.5, -0.25, 0.1, 0.0, 0.0];
+    Camera::new(640, 480, Lens::Radtan, parameters).map_err(|e| Error::Unreachable(e.to_string()))
+}
+
+/// Panels of 6 by 6 tags, 0.6 m wide, upright around the robot at the given yaws [rad], their middles 0.3 m from its
+/// centre and 0.8 m high.
+#[must_use]
+pub fn upright_panels(yaws: &[f64]) -> Target {
+    Target { panels: yaws.iter().enumerate().map(|(k, &yaw)| upright(k, yaw)).collect() }
+}
+
+/// The direction, in the frame of a panel, out of which it is read.
+pub(super) fn outwards(panel: &Panel) -> Vector3<f64> {
+    if matches!(panel.pattern, Pattern::TagGrid(_)) { Vector3::z() } else { -Vector3::z() }
 }
 
 fn upright(number: usize, yaw: f64) -> Panel {
@@ -92,11 +155,11 @@ fn upright(number: usize, yaw: f64) -> Panel {
         columns: 6,
         rows: 6,
         size: 0.08,
-        spacing: 0.25,
+        spacing: 0.3,
         first_id: 36 * number as u32,
         border: 2,
     };
-    let half = 0.29;
+    let half = 0.3;
     // x of the panel to the left of who looks at it from outside is -y of the robot; z outwards.
     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw).into_inner();
     let rotation = turn * Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
@@ -120,14 +183,14 @@ mod tests {
     use std::f64::consts::PI;
 
     fn stage() -> Stage {
-        Stage::new(Stage::nominal_camera().unwrap(), 2.0, 0.43, &[0.0]).unwrap()
+        Stage::new(nominal_camera().unwrap(), mount(2.0, 0.43).unwrap(), upright_panels(&[0.0]), SIGMA).unwrap()
     }
 
     #[test]
     fn a_panel_that_faces_the_camera_is_in_the_middle_of_its_image() {
         let views = stage().views(&Se2::new(2.9, 0.0, PI));
         assert_eq!((views.len(), views[0].corners.len()), (1, 144));
-        let middle = views[0].pose.act(&Vector3::new(0.29, 0.29, 0.0));
+        let middle = views[0].pose.act(&Vector3::new(0.3, 0.3, 0.0));
         let pixel = stage().camera.project(&middle).unwrap();
         assert!((pixel - Vector2::new(319.5, 239.5)).norm() < 10.0, "{pixel}");
     }
@@ -137,5 +200,13 @@ mod tests {
         assert!(stage().views(&Se2::new(2.9, 0.0, 0.0)).is_empty());
         assert!(stage().views(&Se2::new(2.9, 5.0, PI)).is_empty());
         assert!(stage().views(&Se2::new(-2.9, 0.0, 0.0)).is_empty());
+    }
+
+    #[test]
+    fn a_camera_below_the_floor_or_upside_down_is_refused() {
+        assert!(
+            Stage::new(nominal_camera().unwrap(), mount(-1.0, 0.4).unwrap(), upright_panels(&[0.0]), SIGMA).is_err()
+        );
+        assert!(mount(2.0, 1.6).is_err());
     }
 }

@@ -1,0 +1,184 @@
+//! `groma.camera_plan`: a stage and settings as JSON in, drives before one camera as JSON out.
+
+use crate::camera::{invalid, parse};
+use crate::camera_calibration::sightings;
+use groma_calibration::camera::Sighting;
+use groma_geometry::{Se2, Se3, So3};
+use groma_models::{Camera, Target};
+use groma_planning::camera::{
+    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Stage, Tries, mount, next_best, nominal_camera,
+    ranking, trials, upright_panels,
+};
+use groma_planning::exploration::Noise;
+use nalgebra::{DMatrix, Quaternion, UnitQuaternion, Vector3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// Adds the functions of this file to the module.
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(camera_plan_defaults, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_mount, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_plan, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_ranking, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_trials, m)?)
+}
+
+/// A pose as Python has it: position, then x, y, z, w.
+#[derive(Deserialize)]
+struct Pose([f64; 7]);
+
+impl Pose {
+    fn se3(&self) -> Se3 {
+        let [x, y, z, qx, qy, qz, qw] = self.0;
+        let quaternion = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz));
+        Se3 { rotation: So3 { quaternion }, translation: Vector3::new(x, y, z) }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StageSpec {
+    camera: Camera,
+    mount: Pose,
+    target: Target,
+    corner: f64,
+}
+
+impl StageSpec {
+    fn stage(self) -> PyResult<Stage> {
+        Stage::new(self.camera, self.mount.se3(), self.target, self.corner).map_err(invalid)
+    }
+}
+
+/// What is known of a camera before a drive.
+#[derive(Deserialize)]
+struct Known {
+    covariance: Option<Vec<Vec<f64>>>,
+    views: Vec<usize>,
+}
+
+/// Search, trials, nominal camera, target, noise of corners.
+#[pyfunction]
+fn camera_plan_defaults() -> PyResult<String> {
+    let camera = nominal_camera().map_err(invalid)?;
+    let (search, tries) = (Search::default(), Tries::default());
+    let all =
+        json!({"search": search, "tries": tries, "camera": camera, "target": upright_panels(&FAN), "corner": SIGMA});
+    Ok(all.to_string())
+}
+
+/// Position, then x, y, z, w of a camera at a height, pitched down.
+#[pyfunction]
+fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
+    let mount = mount(height, pitch).map_err(invalid)?;
+    let (t, q) = (mount.translation, mount.rotation.quaternion);
+    Ok([t.x, t.y, t.z, q.i, q.j, q.k, q.w])
+}
+
+/// The next best drives. `known` has the covariance of the parameters, or null, and the number of corners of each panel
+/// seen; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
+fn camera_plan(
+    py: Python<'_>,
+    stage: &str,
+    start: (f64, f64, f64),
+    search: &str,
+    known: &str,
+    points: PyReadonlyArray2<'_, f64>,
+    pixels: PyReadonlyArray2<'_, f64>,
+    sigmas: PyReadonlyArray1<'_, f64>,
+) -> PyResult<String> {
+    let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
+    let seen = sightings(&points, &pixels, &sigmas);
+    let knowledge = knowledge(&stage.camera, parse(known)?, &seen)?;
+    let from = Se2::new(start.0, start.1, start.2);
+    let before = knowledge.clone();
+    let plan = py.detach(|| next_best(&stage, knowledge, from, &search)).map_err(invalid)?;
+    let content = json!({
+        "stops": stops(&plan, &search.noise),
+        "met": plan.met,
+        "before": rows(before.covariance()),
+        "after": rows(plan.knowledge.covariance()),
+        "seen": before.views(),
+        "worst_before": before.worst(),
+    });
+    Ok(content.to_string())
+}
+
+/// The drives that people use, best first.
+#[pyfunction]
+fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> PyResult<String> {
+    let (stage, noise) = (parse::<StageSpec>(stage)?.stage()?, parse::<Noise>(noise)?);
+    let ranked = py.detach(|| ranking(&stage, distance, &noise)).map_err(invalid)?;
+    Ok(Value::from(ranked.iter().map(judged).collect::<Vec<_>>()).to_string())
+}
+
+/// A drive that people use, tried out.
+#[pyfunction]
+fn camera_trials(py: Python<'_>, stage: &str, motion: &str, distance: f64, tries: &str) -> PyResult<String> {
+    let (stage, tries) = (parse::<StageSpec>(stage)?.stage()?, parse::<Tries>(tries)?);
+    let motion = parse::<Motion>(&json!(motion).to_string())?;
+    let stage = stage.with_target(motion.shown(&stage.target)).map_err(invalid)?;
+    let found = py.detach(|| trials(&stage, &motion.drive(distance, motion.stops()), &tries));
+    serde_json::to_string(&found).map_err(invalid)
+}
+
+fn knowledge(camera: &Camera, known: Known, seen: &[Sighting]) -> PyResult<Knowledge> {
+    let n = camera.count();
+    let mut knowledge = match known.covariance {
+        None => Knowledge::new(camera),
+        Some(rows) => {
+            let flat: Vec<f64> = rows.into_iter().flatten().collect();
+            let shape = if flat.len() == n * n { (n, n) } else { (0, 0) };
+            let covariance = DMatrix::from_row_slice(shape.0, shape.1, &flat[..shape.0 * shape.1]);
+            Knowledge::calibrated(camera, &covariance).map_err(invalid)?
+        }
+    };
+    let mut rest = seen;
+    for count in known.views {
+        let (view, after) = rest.split_at(count.min(rest.len()));
+        knowledge.sighted(camera, view);
+        rest = after;
+    }
+    Ok(knowledge)
+}
+
+/// x, y, theta, drive, panels seen, worst pixel; distance, effort and variance so far.
+fn stops(plan: &Plan, noise: &Noise) -> Vec<Value> {
+    let poses = plan.drive().stops;
+    let so_far = |k: usize| Drive { stops: poses[..=k].to_vec() };
+    let one = |(k, stop): (usize, &groma_planning::camera::Stop)| {
+        let (drive, p) = (so_far(k), stop.pose);
+        json!({
+            "pose": [p.x(), p.y(), p.theta()],
+            "leg": stop.leg,
+            "views": stop.views,
+            "worst": stop.worst,
+            "length": drive.length(),
+            "effort": drive.effort(),
+            "variance": drive.variance(noise),
+        })
+    };
+    plan.stops.iter().enumerate().map(one).collect()
+}
+
+fn judged(of: &Judged) -> Value {
+    json!({
+        "motion": of.motion,
+        "stops": of.drive.stops.iter().map(|p| [p.x(), p.y(), p.theta()]).collect::<Vec<_>>(),
+        "length": of.drive.length(),
+        "effort": of.drive.effort(),
+        "variance": of.variance,
+        "views": of.views,
+        "worst": of.worst,
+        "sigmas": of.sigmas,
+        "degenerate": of.degenerate,
+    })
+}
+
+fn rows(matrix: Option<DMatrix<f64>>) -> Option<Vec<Vec<f64>>> {
+    matrix.map(|m| m.row_iter().map(|row| row.iter().copied().collect()).collect())
+}

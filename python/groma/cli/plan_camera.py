@@ -1,0 +1,218 @@
+"""`groma plan camera`: what a robot with panels should drive next before one camera."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from cyclopts import Parameter
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from groma.camera import Camera
+from groma.camera_plan import (
+    DEFAULTS,
+    CameraPlan,
+    Judged,
+    Search,
+    Stage,
+    middle_of_view,
+    mount,
+    plan_camera,
+    ranked,
+)
+from groma.detection import Detection
+from groma.errors import EstimationError, UserError
+from groma.io.atomic import write_text
+from groma.io.camera_drive import write_camera_plan, write_camera_waypoints
+from groma.io.camera_info import read_camera_info
+from groma.io.network_file import without_k3
+from groma.io.network_recording import read_covariance, read_detections
+from groma.io.notes import Notes
+from groma.io.results import point_latest, result_directory, run_record, shown_command
+from groma.io.target_file import read_target
+from groma.io.toml import to_toml
+from groma.report.camera_plan_report import camera_plan_report, plan_verdict
+from groma.target import Target
+
+Array = NDArray[np.float64]
+
+
+def camera(
+    intrinsics: Path | None = None,
+    /,
+    *,
+    target: Path | None = None,
+    height: float = 2.0,
+    down: float = 25.0,
+    image: tuple[int, int] | None = None,
+    focal: float | None = None,
+    start: tuple[float, float, float] | None = None,
+    depth: tuple[float, float] = DEFAULTS.search.depth,
+    side: float = DEFAULTS.search.side,
+    sigma: float = DEFAULTS.search.target,
+    lambda_: Annotated[float, Parameter(name="--lambda")] = DEFAULTS.search.lambda_,
+    seen: Path | None = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+) -> None:
+    """Plan the drive of a robot with panels before one camera that makes its calibration as good as wanted.
+
+    groma plan camera --height 2.4 --down 30 --sigma 0.5
+
+    groma plan camera results/latest/door.yaml --target panels.toml --height 2.4 --down 30
+
+    The floor has its origin at the foot of the camera, x where it looks, y to the left.
+
+    Parameters
+    ----------
+    intrinsics
+        NAME.yaml of a calibration; NAME.json beside it says how well they are known, else they are taken as nominal.
+        Without it an ordinary camera is planned for, or --image and --focal.
+    target
+        The panels and where they are on the robot (.toml); three upright ones, 45 degrees apart, when left out.
+    height
+        Of the camera above the floor [m].
+    down
+        How far it looks down [deg].
+    image
+        Columns and rows of the image, of a camera whose intrinsics are not known.
+    focal
+        Its focal length, about [pixel].
+    start
+        Where the robot stands: x, y [m], heading [deg]; in the middle of the view, facing the camera, when left out.
+    depth
+        Nearest and farthest distance from the camera that the robot may have, along its view [m].
+    side
+        Farthest to either side [m].
+    sigma
+        Standard deviation of the worst pixel to reach [pixel].
+    lambda_
+        Metres that one square metre less of variance, by odometry, of the camera's place is worth [1/m].
+    seen
+        What the camera saw of the panels since: detections.jsonl of a survey.
+    output
+        Folder for the results; a new one in results/ when left out.
+    """
+    known, covariance = _camera(intrinsics, image, focal)
+    panels = DEFAULTS.target if target is None else read_target(target)
+    stage = Stage(mount(height, math.radians(down)), known, panels)
+    search = replace(DEFAULTS.search, target=sigma, depth=depth, side=side, lambda_=lambda_)
+    middle = middle_of_view(stage, search)
+    x, y, heading = start or (middle, 0.0, 180.0)
+    detections = [] if seen is None else _seen(seen, None if intrinsics is None else intrinsics.stem, panels)
+    directory = result_directory(output, datetime.now().astimezone())
+    pose = (x, y, math.radians(heading))
+    plan = plan_camera(stage, pose, search, covariance=covariance, seen=detections)
+    ranking = ranked(stage, middle, search.noise)
+    given = {"height": height, "down": down, "start": [x, y, heading], "target": panels.json(), "camera": known.json()}
+    settings = {"plan_camera": {**_table(search), **given}}
+    save(directory, stage, plan, ranking, search, run_record(settings, intrinsics, shown_command(sys.argv[1:])))
+    if output is None:
+        point_latest(directory)
+    print(plan_verdict(plan, sigma))
+    print(f"{directory / 'report.html'}")
+    if not plan.met:
+        raise EstimationError(
+            f"{sigma:g} px cannot be reached: allow more floor (--depth, --side), other panels, or a larger --sigma"
+        )
+
+
+def save(
+    directory: Path,
+    stage: Stage,
+    plan: CameraPlan,
+    ranking: tuple[Judged, ...],
+    search: Search,
+    record: dict[str, object],
+) -> None:
+    """Write all files of a plan, the report last."""
+    write_camera_waypoints(directory / "waypoints.csv", plan)
+    write_camera_plan(directory / "plan.json", stage.camera, plan)
+    figures = json.dumps(_figures(plan, ranking), indent=1, sort_keys=True) + "\n"
+    write_text(directory / "metrics.json", figures)
+    write_text(directory / "run.toml", to_toml(record))
+    write_text(directory / "report.html", camera_plan_report(stage, plan, ranking, search, record))
+
+
+def _camera(intrinsics: Path | None, image: tuple[int, int] | None, focal: float | None) -> tuple[Camera, Array | None]:
+    if intrinsics is not None:
+        if image is not None or focal is not None:
+            raise UserError("give either intrinsics or --image and --focal")
+        known, spread = without_k3(read_camera_info(intrinsics)[1]), intrinsics.with_suffix(".json")
+        return known, read_covariance(spread, known) if spread.exists() else None
+    if image is None and focal is None:
+        return DEFAULTS.camera, None
+    if image is None or focal is None:
+        raise UserError("--image and --focal go together: --image 1280 720 --focal 900")
+    (width, height), lens = image, DEFAULTS.camera.lens
+    rest = (0.0,) * (len(DEFAULTS.camera.parameters) - 4)
+    try:
+        return Camera(width, height, lens, (focal, focal, (width - 1) / 2, (height - 1) / 2, *rest)), None
+    except (ValueError, OverflowError) as error:
+        raise UserError(f"--image, --focal: {error}") from error
+
+
+def _seen(path: Path, name: str | None, target: Target) -> list[Detection]:
+    """Return what the camera saw of the target; of all cameras there must be only one when it has no name."""
+    notes = Notes()
+    found = [detection for detection, _ in read_detections(path, notes)]
+    for line in notes.lines():
+        print(f"note: {line}", file=sys.stderr)
+    names = sorted({detection.camera for detection in found})
+    if name is None and len(names) > 1:
+        raise UserError(f"{path}: is of {len(names)} cameras: give the intrinsics of one, {names[0]}.yaml")
+    own = [detection for detection in found if name in (None, detection.camera)]
+    if not own:
+        raise UserError(f"{path}: nothing that {name or 'a camera'} saw; there are {', '.join(names) or 'none'}")
+    corners = {panel.name: len(panel.corners) for panel in target.panels}
+    for detection in own:
+        if detection.panel not in corners:
+            raise UserError(f"{path}: panel {detection.panel!r} is none of the target: {', '.join(corners)}")
+        if detection.corners.max(initial=0) >= corners[detection.panel]:
+            raise UserError(f"{path}: panel {detection.panel!r} has {corners[detection.panel]} corners, not as many")
+    return own
+
+
+def _table(search: Search) -> dict[str, object]:
+    noise = {name: getattr(search.noise, name) for name in ("along", "across", "heading", "turn")}
+    return {
+        "sigma": search.target,
+        "depth": list(search.depth),
+        "side": search.side,
+        "lambda": search.lambda_,
+        "drives": search.drives,
+        "noise": noise,
+    }
+
+
+def _figures(plan: CameraPlan, ranking: tuple[Judged, ...]) -> dict[str, object]:
+    end = plan.end
+    return {
+        "met": plan.met,
+        "worst_pixel_before": _stable(plan.worst_before),
+        "worst_pixel_after": _stable(end.worst),
+        "distance_m": _stable(end.length),
+        "effort_m": _stable(end.effort),
+        "odometry_sigma_m": _stable(math.sqrt(end.variance)),
+        "looks": len(plan.stops),
+        "panels_seen": sum(stop.views for stop in plan.stops),
+        "panels_seen_before": plan.seen,
+        "motions": {
+            judged.motion: {
+                "worst_pixel": _stable(judged.worst),
+                "distance_m": _stable(judged.length),
+                "effort_m": _stable(judged.effort),
+                "degenerate": judged.degenerate,
+            }
+            for judged in ranking
+        },
+    }
+
+
+def _stable(value: float) -> float:
+    return float(f"{value:.9g}")
