@@ -14,7 +14,7 @@ import pytest
 from groma.cli import run as command
 from groma.cli.demo_plan import PLANS, plan_simulated
 from groma.errors import UserError
-from groma.evaluation.exploration import band, trade_offs
+from groma.evaluation.exploration import band, matched, trade_offs
 from groma.exploration import Budget, Explorer, Graph, Lambda, Place, Settings, Sigma, explore, scene, try_walk
 from groma.io.camera_graph import read_graph, write_graph
 from groma.io.nav2_map import write_map
@@ -46,12 +46,19 @@ def test_a_survey_of_sparse_buildings_lies_below_the_rules_that_robots_are_given
     assert careful.sigma < curves["return-to-nearest", None].sigma
 
 
+def test_a_survey_that_drives_as_far_as_a_rule_is_more_accurate() -> None:
+    graphs = [scene("sparse", seed=seed) for seed in range(4)]
+    for match in matched(graphs, ("depth-first", "return-to-nearest", "return-to-origin")):
+        assert match.survey_distance <= match.distance
+        assert match.survey_sigma < match.sigma
+
+
 def test_what_is_promised_is_what_drawn_noise_gives() -> None:
     graph = scene("ring", size=8, step=6.25)
     run = explore(graph, Settings(goal=Lambda(100.0)))
     tried = try_walk(graph, run.walk, runs=300)
-    assert tried.sigma == pytest.approx(run.sigma, rel=0.15)
-    assert 0.9 < tried.nees < 1.1
+    assert tried.map.sigma == pytest.approx(run.sigma, rel=0.15)
+    assert 0.9 < tried.map.nees < 1.1
 
 
 def test_sigma_and_budget_lead_a_survey() -> None:
@@ -159,6 +166,9 @@ def test_a_comparison_is_written_whole(tmp_path: Path) -> None:
     assert len(rows) == 4 + 3 * 2
     assert all(float(row["sigma"]) > 0 for row in rows)
     assert "survey" in (out / "report.html").read_text()
+    matches = list(csv.DictReader((out / "matched.csv").read_text().splitlines()))
+    assert [row["rule"] for row in matches] == ["depth-first", "nearest", "return-to-origin", "return-to-nearest"]
+    assert all(float(row["survey_distance"]) <= float(row["distance"]) for row in matches)
 
 
 def test_the_demonstration_writes_a_plan_and_a_comparison(tmp_path: Path) -> None:

@@ -43,7 +43,7 @@ fn exploration_run(py: Python<'_>, graph: &str, settings: &str) -> PyResult<Stri
     serde_json::to_string(&run).map_err(invalid)
 }
 
-/// Root mean square error of the cameras and normalised squared error over its freedom, of many noisy drives.
+/// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's.
 #[pyfunction]
 fn exploration_try(
     py: Python<'_>,
@@ -52,10 +52,10 @@ fn exploration_try(
     noise: &str,
     runs: usize,
     seed: u64,
-) -> PyResult<(f64, f64)> {
+) -> PyResult<String> {
     let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
     let tried = py.detach(|| try_walk(&graph, &walk, &noise, runs, seed)).map_err(invalid)?;
-    Ok((tried.sigma, tried.nees))
+    serde_json::to_string(&tried).map_err(invalid)
 }
 
 /// A robot that explores.

@@ -35,5 +35,5 @@ def plan_simulated(directory: Path, seed: int) -> tuple[None, list[str]]:
         folder.mkdir(exist_ok=True)
     told = plan_into(drive, building, Settings(), {"scene": "sparse"}, frames=True)
     record = run_record({"exploration": {"scene": "sparse", "lambdas": list(LAMBDAS)}}, None, None)
-    save(strategies, compared([building], LAMBDAS), 1, record)
+    save(strategies, *compared([building], LAMBDAS), 1, record)
     return None, [told]

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 import groma
-from groma.evaluation.exploration import Traded
+from groma.evaluation.exploration import Matched, Traded
 from groma.exploration import Graph, Run, Tried
 from groma.io.camera_graph import node_names
 from groma.io.toml import to_toml
@@ -34,7 +34,7 @@ def verdict(graph: Graph, run: Run, tried: Tried | None) -> str:
     text_ = f"{run.length:.0f} m find {count(found, 'camera')} and place them to {length(run.sigma)}"
     text_ += f"; {count(missing, 'camera')} cannot be found" if missing else ""
     if tried:
-        text_ += f"; {tried.runs} drives with drawn noise gave {length(tried.sigma)}"
+        text_ += f"; {tried.runs} drives with drawn noise gave {length(tried.map.sigma)}"
     return text_ + "."
 
 
@@ -65,7 +65,9 @@ def plan_report(graph: Graph, run: Run, tried: Tried | None, record: Mapping[str
     return page("groma plan exploration", parts)
 
 
-def comparison_report(curves: Sequence[Traded], graphs: int, record: Mapping[str, object]) -> str:
+def comparison_report(
+    curves: Sequence[Traded], matches: Sequence[Matched], graphs: int, record: Mapping[str, object]
+) -> str:
     """Return the page on a comparison of strategies."""
     shown = [s for s in COLOURS if any(point.strategy == s for point in curves)]
     keys = [(VARIABLES[COLOURS[s]], "dot" if s in MARKS else "line", s) for s in shown]
@@ -85,10 +87,46 @@ def comparison_report(curves: Sequence[Traded], graphs: int, record: Mapping[str
     parts = [
         Html("<header>" + text("p", "groma evaluate exploration", "over") + text("h1", title + ".") + "</header>"),
         figure(the_trade_off(curves), note, keys),
+        section("The survey at the distance of each rule", _matched(matches, graphs)),
         section("Figures", table(head, rows), details("Settings and versions", text("pre", to_toml(record)))),
         _foot(),
     ]
     return page("groma evaluate exploration", parts)
+
+
+def match_line(match: Matched, graphs: int) -> str:
+    """Return a sentence: what the survey makes of the distance that a rule drives."""
+    line = f"as far as {match.rule} ({match.distance:.0f} m) survey gives {match.survey_sigma:.3f} m, not"
+    line += f" {match.sigma:.3f} m"
+    if math.isfinite(match.difference_band):
+        line += f": {match.survey_sigma - match.sigma:+.3f} ± {match.difference_band:.3f} m"
+    return line + f", better in {match.better} of {count(graphs, 'building')}"
+
+
+def _matched(matches: Sequence[Matched], graphs: int) -> Html:
+    head = [
+        "rule ",
+        "distance [m]",
+        "survey [m]",
+        "σ of the rule [m]",
+        "σ of survey [m]",
+        "difference [m]",
+        "±",
+        "better",
+    ]
+    rows = [
+        [
+            m.rule,
+            number(m.distance, 0),
+            number(m.survey_distance, 0),
+            number(m.sigma, 3),
+            number(m.survey_sigma, 3),
+            *_with_band(m.survey_sigma - m.sigma, m.difference_band, 3),
+            f"{m.better} of {graphs}",
+        ]
+        for m in matches
+    ]
+    return table(head, rows)
 
 
 def _with_band(value: float, band: float, digits: int) -> list[str]:
@@ -104,7 +142,8 @@ def _facts(run: Run, tried: Tried | None) -> list[tuple[str, str]]:
         ("largest σ of the robot", length(max(math.sqrt(max(s.robot[0] + s.robot[2], 0.0)) for s in run.stops))),
     ]
     if tried:
-        pairs.append(("with drawn noise", f"{length(tried.sigma)}, NEES/dof {number(tried.nees, 2)}"))
+        tries = (("with drawn noise", tried.map), ("the same, filter alone", tried.filter))
+        pairs += [(name, f"{length(e.sigma)}, NEES/dof {number(e.nees, 2)}") for name, e in tries]
     return pairs
 
 

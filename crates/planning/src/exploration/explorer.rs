@@ -66,9 +66,9 @@ pub enum Event {
         place: Place,
         /// The exit of the new place through which it came in.
         enters: usize,
-        /// Bends on the way [m].
+        /// Bends on the way [m]; left out: those it had before, none if it is new.
         #[serde(default)]
-        via: Vec<[f64; 2]>,
+        via: Option<Vec<[f64; 2]>>,
     },
     /// There was no getting through this exit, and it is back where it was.
     Blocked {
@@ -117,6 +117,9 @@ impl Explorer {
 
     /// The exit by which to leave; None when there is nothing left to do.
     pub fn next_exit(&mut self) -> Option<usize> {
+        if self.has_found_all() && self.is_as_accurate_as_asked() {
+            return None;
+        }
         if self.plan.is_empty() {
             self.plan = self.decide().into();
         }
@@ -135,8 +138,8 @@ impl Explorer {
             Event::Arrived { left, place, enters, via } => {
                 self.check_exit(*left)?;
                 check(place)?;
-                let via: Vec<Vector2<f64>> = via.iter().map(|&p| p.into()).collect();
-                self.arrive(*left, place, *enters, &via)
+                let via: Option<Vec<_>> = via.as_ref().map(|via| via.iter().map(|&p| p.into()).collect());
+                self.arrive(*left, place, *enters, via.as_deref())
             }
         }
     }
@@ -165,7 +168,7 @@ impl Explorer {
         self.belief.cameras().len() >= self.announced
     }
 
-    fn arrive(&mut self, left: usize, place: &Place, enters: usize, via: &[Vector2<f64>]) -> Result<(), Error> {
+    fn arrive(&mut self, left: usize, place: &Place, enters: usize, via: Option<&[Vector2<f64>]>) -> Result<(), Error> {
         if enters >= place.exits.len() {
             let (key, count) = (place.key, place.exits.len());
             return Err(Error::Graph(format!("entered place {key} through exit {enters} of {count}")));
@@ -186,13 +189,16 @@ impl Explorer {
         Ok(())
     }
 
-    /// The way that was just driven, which becomes known if it was not or was thought to lead elsewhere.
-    fn passed(&mut self, left: usize, to: usize, enters: usize, via: &[Vector2<f64>]) -> Result<Link, Error> {
+    /// The way that was just driven, which becomes known if it was not, was thought to lead elsewhere or to be of another
+    /// length.
+    fn passed(&mut self, left: usize, to: usize, enters: usize, via: Option<&[Vector2<f64>]>) -> Result<Link, Error> {
         if let Way::Leads(link) = &self.known.places[self.here].exits[left].way
             && (link.to, link.enters) == (to, enters)
+            && via.is_none_or(|via| self.known.is_as_long(link, self.here, via))
         {
             return Ok(link.clone());
         }
+        let via = via.unwrap_or_default();
         self.plan.clear();
         self.known.forget(self.here, left);
         self.known.forget(to, enters);
@@ -216,8 +222,9 @@ impl Explorer {
         match self.settings.strategy {
             Strategy::ReturnToOrigin => Some(0),
             Strategy::ReturnToNearest => {
-                let cameras = (0..self.known.places.len()).filter(|&p| self.known.places[p].camera.is_some());
-                self.nearest(cameras.filter(|&p| p != self.here))
+                let apart = self.apart();
+                let cameras = (0..apart.len()).filter(|&p| self.known.places[p].camera.is_some() && apart[p] > 0.0);
+                cameras.filter(|&p| apart[p].is_finite()).min_by(|&a, &b| apart[a].total_cmp(&apart[b]))
             }
             _ => None,
         }
@@ -229,35 +236,41 @@ impl Explorer {
             self.errand = None;
         }
         if self.has_found_all() {
-            return if self.settings.strategy == Strategy::Survey { self.refine() } else { vec![] };
+            return self.refine();
         }
-        if let Some(home) = self.errand {
-            return self.path(home);
+        if let Some(home) = self.errand.take()
+            && let Some(path) = self.path(home)
+        {
+            self.errand = Some(home);
+            return path;
         }
-        let places = 0..self.known.places.len();
-        let open = places.filter(|&p| self.known.untaken(p).next().is_some());
+        let apart = self.apart();
+        let open = (0..apart.len()).filter(|&p| apart[p].is_finite() && self.known.untaken(p).next().is_some());
         let to = match self.settings.strategy {
-            Strategy::Cheap | Strategy::Search | Strategy::Survey => return self.weigh(),
+            Strategy::Cheap | Strategy::Search | Strategy::Survey => {
+                return self.weigh().unwrap_or_else(|| self.refine());
+            }
             Strategy::DepthFirst => open.max(),
-            _ => self.nearest(open),
+            _ => open.min_by(|&a, &b| apart[a].total_cmp(&apart[b])),
         };
-        to.map_or(vec![], |to| [self.path(to), self.known.untaken(to).take(1).collect()].concat())
+        let onward = |to: usize| Some([self.path(to)?, self.known.untaken(to).take(1).collect()].concat());
+        to.and_then(onward).unwrap_or_default()
     }
 
-    fn nearest(&self, among: impl Iterator<Item = usize>) -> Option<usize> {
+    /// Distances of all places from here; infinite where no known way leads.
+    fn apart(&self) -> Vec<f64> {
         let mut start = vec![f64::INFINITY; self.known.places.len()];
         start[self.here] = 0.0;
-        let distance = distances(&self.known.links(false), &start);
-        among.filter(|&p| distance[p].is_finite()).min_by(|&a, &b| distance[a].total_cmp(&distance[b]))
+        distances(&self.known.links(false), &start)
     }
 
-    fn path(&self, to: usize) -> Vec<usize> {
-        let path = shortest(&self.known.links(false), self.here, to);
-        path.into_iter().flatten().map(|link| link.exit).collect()
+    fn path(&self, to: usize) -> Option<Vec<usize>> {
+        let path = shortest(&self.known.links(false), self.here, to)?;
+        Some(path.into_iter().map(|link| link.exit).collect())
     }
 
-    /// The walk to new ground with the least cost.
-    fn weigh(&mut self) -> Vec<usize> {
+    /// The walk to new ground with the least cost; None where no new ground can be reached.
+    fn weigh(&mut self) -> Option<Vec<usize>> {
         let links = self.known.links(true);
         let mut frontier = Frontier::new(&self.known, &links);
         let lambda = match (self.settings.strategy, self.settings.goal) {
@@ -270,19 +283,22 @@ impl Explorer {
         let problem = self.problem(&links, &frontier.costs, lambda, true);
         let is_search = self.settings.strategy == Strategy::Search;
         let walk = if is_search { search(&problem, &self.settings.limits) } else { cheapest(&problem) };
-        let Some(walk) = walk else { return vec![] };
+        let walk = walk?;
         self.note(&walk);
         let onward = frontier.choice(&self.known, walk.end, walk.heading);
-        walk.exits.into_iter().chain(onward).collect()
+        Some(walk.exits.into_iter().chain(onward).collect())
     }
 
-    /// The next walk that is worth its length.
+    /// The next walk that is worth its length, with the strategy that goes on when there is nothing left to find.
     fn refine(&mut self) -> Vec<usize> {
+        if self.settings.strategy != Strategy::Survey {
+            return vec![];
+        }
         let links = self.known.links(true);
         let ends = vec![0.0; links.len()];
         let last = if let Goal::Lambda(lambda) = self.settings.goal { lambda } else { LAST_LAMBDA };
         loop {
-            if matches!(self.settings.goal, Goal::Sigma(sigma) if self.belief.sigma() <= sigma) {
+            if self.is_as_accurate_as_asked() {
                 return vec![];
             }
             let problem = self.problem(&links, &ends, self.lambda, false);
@@ -293,6 +309,10 @@ impl Explorer {
             }
             self.lambda = (2.0 * self.lambda).min(last);
         }
+    }
+
+    fn is_as_accurate_as_asked(&self) -> bool {
+        matches!(self.settings.goal, Goal::Sigma(sigma) if self.belief.sigma() <= sigma)
     }
 
     fn problem<'a>(&'a self, links: &'a [Vec<Link>], ends: &'a [f64], lambda: f64, robot: bool) -> Problem<'a> {

@@ -116,6 +116,13 @@ impl Known {
         Ok(driven)
     }
 
+    /// Whether a known way out of a place is as long as one with these bends.
+    pub fn is_as_long(&self, link: &Link, from: usize, via: &[Vector2<f64>]) -> bool {
+        let points = self.line(from, link.to, via);
+        let length: f64 = points.windows(2).map(|p| (p[1] - p[0]).norm()).sum();
+        (length - link.passage.length).abs() < 1e-6
+    }
+
     /// Marks an exit, and the other end of its way if that is known, as one that there is no getting through.
     pub fn block(&mut self, place: usize, exit: usize) {
         let before = std::mem::replace(&mut self.places[place].exits[exit].way, Way::Blocked);

@@ -23,6 +23,7 @@ mod proofs;
 pub mod run;
 pub mod scenes;
 mod search;
+mod smoothing;
 pub mod strategy;
 
 pub use explorer::{Decision, Event, Explorer, Settings};

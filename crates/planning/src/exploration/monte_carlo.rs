@@ -5,12 +5,16 @@
 //! nor the building: it moves its own estimate, linearises there, and is the world-frame filter of
 //! [`super::belief`] with estimates beside the covariance, `T <- Exp(K y) T`. Compared are the root mean square error of
 //! the cameras' positions over runs and cameras with the standard deviation that planning promised, and the normalised
-//! squared error of the whole map (3 numbers a camera, all jointly) with its degrees of freedom.
+//! squared error of the whole map (3 numbers a camera, all jointly) with its degrees of freedom; both for the map of the
+//! filter and for the one that least squares over the whole drive makes of it ([`super::smoothing`]), as the mapping of
+//! a camera network does. They differ where the first loop is closed late: the filter keeps each step of the wheels in
+//! the direction in which it believed itself to drive, which a correction of its heading does not turn any more.
 
 use super::belief::Belief;
 use super::graph::Graph;
 use super::noise::Noise;
 use super::run::line;
+use super::smoothing::Drive;
 use crate::error::Error;
 use groma_geometry::{Se2, wrap};
 use groma_simulation::random::{Purpose, Random};
@@ -20,13 +24,22 @@ use serde::Serialize;
 /// Length of a step of the wheels [m], and of a turn [rad].
 const STEP: f64 = 0.25;
 
-/// What the runs say.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Tried {
+/// How far maps were off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Errors {
     /// Root mean square error of the cameras' positions [m].
     pub sigma: f64,
     /// Mean over the runs of the normalised squared error of the map over its degrees of freedom.
     pub nees: f64,
+}
+
+/// What the runs say.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tried {
+    /// Of the maps by least squares over the whole drive.
+    pub map: Errors,
+    /// Of the filter's own maps, that it has at the end of the drive.
+    pub filter: Errors,
     /// Runs.
     pub runs: usize,
 }
@@ -36,14 +49,24 @@ pub fn try_walk(graph: &Graph, walk: &[usize], noise: &Noise, runs: usize, seed:
     graph.validate()?;
     noise.validate()?;
     Error::unless(runs > 0, "runs", runs as f64, "must be at least 1")?;
-    let (mut square, mut nees) = (0.0, 0.0);
+    let (mut map, mut filter) = (Errors::default(), Errors::default());
     for run in 0..runs as u64 {
-        let filter = Filter::new(graph, noise, seed.wrapping_add(run)).drive(walk)?;
-        let (position, map) = filter.errors();
-        square += position / runs as f64;
-        nees += map / runs as f64;
+        let mut driven = Filter::new(graph, noise, seed.wrapping_add(run)).drive(walk)?;
+        filter.add(driven.errors());
+        map.add(driven.smoothed()?);
     }
-    Ok(Tried { sigma: square.sqrt(), nees, runs })
+    Ok(Tried { map: map.mean(runs), filter: filter.mean(runs), runs })
+}
+
+impl Errors {
+    /// Sums, the squares of sigma.
+    fn add(&mut self, (square, nees): (f64, f64)) {
+        *self = Self { sigma: self.sigma + square, nees: self.nees + nees };
+    }
+
+    fn mean(self, runs: usize) -> Self {
+        Self { sigma: (self.sigma / runs as f64).sqrt(), nees: self.nees / runs as f64 }
+    }
 }
 
 struct Filter<'a> {
@@ -58,6 +81,8 @@ struct Filter<'a> {
     met: Vec<usize>,
     belief: Belief,
     here: usize,
+    /// What was measured, for least squares.
+    record: Drive,
 }
 
 impl<'a> Filter<'a> {
@@ -70,7 +95,8 @@ impl<'a> Filter<'a> {
         let robot = Se2::new(at.x, at.y, heading);
         let (wheels, looks) = (Random::new(seed, Purpose::Wheels), Random::new(seed, Purpose::Ranges));
         let (estimates, met, belief, here) = (vec![robot], vec![], Belief::new(*noise), graph.start);
-        Self { graph, noise, wheels, looks, estimates, robot, met, belief, here }
+        let record = Drive::new(robot);
+        Self { graph, noise, wheels, looks, estimates, robot, met, belief, here, record }
     }
 
     fn drive(mut self, walk: &[usize]) -> Result<Self, Error> {
@@ -88,6 +114,7 @@ impl<'a> Filter<'a> {
                 self.straight(pair[1]);
             }
             self.here = ends[usize::from(forward)];
+            self.record.stop(self.estimates[0]);
             self.look();
         }
         Ok(self)
@@ -110,9 +137,11 @@ impl<'a> Filter<'a> {
             let w = sigma.map(|s| s * self.wheels.normal());
             // The wheels report u; the robot moved by u Exp(w). Truth keeps to the walk, so the report carries -w.
             self.robot = self.robot.plus(u);
-            self.estimates[0] = self.estimates[0] * Se2::exp(u) * Se2::exp(-w);
+            let (told, covariance) = (Se2::exp(u) * Se2::exp(-w), Matrix3::from_diagonal(&sigma.map(|s| s * s)));
+            self.record.step(&told, &covariance);
+            self.estimates[0] = self.estimates[0] * told;
             let adjoint = self.estimates[0].adjoint();
-            self.belief.drive(&(adjoint * Matrix3::from_diagonal(&sigma.map(|s| s * s)) * adjoint.transpose()));
+            self.belief.drive(&(adjoint * covariance * adjoint.transpose()));
         }
     }
 
@@ -121,9 +150,13 @@ impl<'a> Filter<'a> {
             return;
         }
         let Noise { position, bearing, .. } = *self.noise;
-        let v = Vector3::new(position, position, bearing).map(|s| s * self.looks.normal());
-        let seen = self.estimates[0] * Se2::exp(v) * self.robot.inverse() * self.truth(self.here);
-        match self.met.iter().position(|&node| node == self.here) {
+        let sigma = Vector3::new(position, position, bearing);
+        let measured = Se2::exp(sigma.map(|s| s * self.looks.normal())) * self.robot.inverse() * self.truth(self.here);
+        let seen = self.estimates[0] * measured;
+        let known = self.met.iter().position(|&node| node == self.here);
+        let covariance = Matrix3::from_diagonal(&sigma.map(|s| s * s));
+        self.record.look(known.unwrap_or(self.met.len()), &measured, &covariance);
+        match known {
             Some(camera) => self.update(camera, &seen),
             None => {
                 self.belief.meet(self.estimates[0].translation);
@@ -155,15 +188,31 @@ impl<'a> Filter<'a> {
 
     /// Mean square error of the cameras' positions, and the normalised squared error of the map over its freedom.
     fn errors(&self) -> (f64, f64) {
-        let n = self.met.len();
-        let truth: Vec<Se2> = self.met.iter().map(|&node| self.truth(node)).collect();
-        let pairs = truth.iter().zip(&self.estimates[1..]);
-        let square: f64 = pairs.clone().map(|(t, e)| (t.translation - e.translation).norm_squared()).sum();
-        let error: Vec<f64> = pairs.flat_map(|(t, e)| (*t * e.inverse()).log().data.0[0]).collect();
-        let (error, size) = (DVector::from_vec(error), 3 * n);
+        let (error, size) = (self.off(&self.estimates[1..]), 3 * self.met.len());
+        let flat = DVector::from_iterator(size, error.iter().flat_map(|e| e.iter().copied()));
         let map: DMatrix<f64> = self.belief.covariance.view((3, 3), (size, size)).into_owned();
-        let nees = map.cholesky().map_or(f64::NAN, |c| error.dot(&c.solve(&error)));
-        (square / n.max(1) as f64, nees / size.max(1) as f64)
+        let nees = map.cholesky().map_or(f64::NAN, |c| flat.dot(&c.solve(&flat)));
+        (self.square(&self.estimates[1..]), nees / size.max(1) as f64)
+    }
+
+    /// The same for the map by least squares, which starts from that of the filter.
+    fn smoothed(&mut self) -> Result<(f64, f64), Error> {
+        self.record.solve(&self.estimates[1..])?;
+        let cameras = self.record.cameras();
+        let nees = self.record.normalised(&self.off(cameras))?;
+        Ok((self.square(cameras), nees / (3 * self.met.len()).max(1) as f64))
+    }
+
+    /// World-frame errors of the cameras.
+    fn off(&self, cameras: &[Se2]) -> Vec<Vector3<f64>> {
+        let pairs = self.met.iter().zip(cameras);
+        pairs.map(|(&node, e)| (self.truth(node) * e.inverse()).log()).collect()
+    }
+
+    fn square(&self, cameras: &[Se2]) -> f64 {
+        let pairs = self.met.iter().zip(cameras);
+        let sum: f64 = pairs.map(|(&node, e)| (self.truth(node).translation - e.translation).norm_squared()).sum();
+        sum / self.met.len().max(1) as f64
     }
 }
 
@@ -177,13 +226,12 @@ mod tests {
     use crate::exploration::scenes::{Kind, Scene};
     use crate::exploration::{Goal, Settings, Strategy, explore};
 
-    /// Ratio of tried to promised sigma, and NEES over freedom.
-    fn compare(scene: Scene, strategy: Strategy, lambda: f64, runs: usize) -> (f64, f64) {
+    /// Tried along the walk of a strategy, and the sigma promised.
+    fn compare(scene: Scene, strategy: Strategy, lambda: f64, runs: usize) -> (Tried, f64) {
         let graph = scene.graph().unwrap();
         let run = explore(&graph, &Settings { strategy, goal: Goal::Lambda(lambda), ..Settings::default() }).unwrap();
         let walk: Vec<usize> = run.stops.iter().filter_map(|stop| stop.edge).collect();
-        let tried = try_walk(&graph, &walk, &Noise::default(), runs, 1).unwrap();
-        (tried.sigma / run.sigma, tried.nees)
+        (try_walk(&graph, &walk, &Noise::default(), runs, 1).unwrap(), run.sigma)
     }
 
     const SCENES: [(Kind, usize, f64); 5] = [
@@ -197,27 +245,34 @@ mod tests {
     #[test]
     fn the_sigma_promised_is_the_sigma_found() {
         let scene = Scene { kind: Kind::Ring, size: 8, step: 6.25, ..Scene::default() };
-        let (ratio, nees) = compare(scene, Strategy::Survey, 100.0, 400);
-        assert!((0.85..1.15).contains(&ratio) && (0.9..1.1).contains(&nees), "{ratio} {nees}");
+        let (Tried { map, filter, .. }, promised) = compare(scene, Strategy::Survey, 100.0, 400);
+        for Errors { sigma, nees } in [map, filter] {
+            assert!((0.85..1.15).contains(&(sigma / promised)) && (0.9..1.1).contains(&nees), "{map:?} {filter:?}");
+        }
+    }
+
+    #[test]
+    fn least_squares_is_consistent_where_the_first_loop_is_closed_late() {
+        let scene = Scene { kind: Kind::Hexagons, size: 22, ..Scene::default() };
+        let (Tried { map, filter, .. }, promised) = compare(scene, Strategy::Survey, 100.0, 300);
+        assert!((0.9..1.1).contains(&(map.sigma / promised)) && (0.9..1.1).contains(&map.nees), "{map:?}");
+        assert!(filter.nees > map.nees + 0.1, "{filter:?}: the theory page says that the filter alone is not");
     }
 
     #[test]
     #[allow(clippy::print_stdout)]
-    #[ignore = "half a minute: 1000 filters along each of 20 walks"]
+    #[ignore = "a minute: 1000 filters and their smoothing along each of 20 walks"]
     fn the_sigma_promised_is_the_sigma_found_in_every_scene() {
-        // A survey looks back late, after up to 200 m, where the filter (not the promise) suffers from linearisation.
-        let rules = [
-            (Strategy::Nearest, 1.1),
-            (Strategy::ReturnToNearest, 1.1),
-            (Strategy::Search, 1.1),
-            (Strategy::Survey, 1.3),
-        ];
+        let rules = [Strategy::Nearest, Strategy::ReturnToNearest, Strategy::Search, Strategy::Survey];
         let mut bad = vec![];
-        for ((kind, size, step), (strategy, most)) in SCENES.into_iter().flat_map(|s| rules.map(|r| (s, r))) {
-            let (ratio, nees) = compare(Scene { kind, size, step, ..Scene::default() }, strategy, 100.0, 1000);
-            println!("{kind:?} {strategy:?}: ratio {ratio:.3}, NEES/dof {nees:.3}");
-            if !(0.9..1.1).contains(&ratio) || !(0.9..most).contains(&nees) {
-                bad.push((kind, strategy, ratio, nees));
+        for ((kind, size, step), strategy) in SCENES.into_iter().flat_map(|s| rules.map(|r| (s, r))) {
+            let (tried, promised) = compare(Scene { kind, size, step, ..Scene::default() }, strategy, 100.0, 1000);
+            let [map, filter] = [tried.map, tried.filter].map(|e| (e.sigma / promised, e.nees));
+            println!("{kind:?} {strategy:?}: ratio, NEES/dof of the map {map:.3?}, of the filter {filter:.3?}");
+            let looks_back = strategy != Strategy::Survey;
+            let within = |(ratio, nees)| (0.9..1.1).contains(&ratio) && (0.9..1.1).contains(&nees);
+            if !within(map) || looks_back && !within(filter) {
+                bad.push((kind, strategy, map, filter));
             }
         }
         assert!(bad.is_empty(), "{bad:?}");

@@ -58,9 +58,9 @@ pub fn explore(graph: &Graph, settings: &Settings) -> Result<Run, Error> {
     run.stop(graph, &explorer, graph.start, None);
     let mut here = graph.start;
     while let Some(exit) = explorer.next_exit() {
-        let (edge, forward) = graph.exits(here)[exit];
-        explorer.observe(&arrival(graph, exit, edge, forward))?;
-        here = graph.edges[edge].ends[usize::from(forward)];
+        let (edge, next, event) = arrival(graph, here, exit)?;
+        explorer.observe(&event)?;
+        here = next;
         run.stop(graph, &explorer, here, Some(edge));
         if run.stops.len() > MOST_STOPS {
             return Err(Error::Unreachable(format!("no end after {MOST_STOPS} passages: ask for less accuracy")));
@@ -91,12 +91,17 @@ pub fn line(graph: &Graph, edge: usize, forward: bool) -> Vec<Vector2<f64>> {
     points
 }
 
-fn arrival(graph: &Graph, left: usize, edge: usize, forward: bool) -> Event {
+/// What happens to a robot that leaves a place by an exit: the way it takes, where it arrives, and what it finds there.
+pub fn arrival(graph: &Graph, node: usize, left: usize) -> Result<(usize, usize, Event), Error> {
+    let exits = graph.exits(node);
+    let Some(&(edge, forward)) = exits.get(left) else {
+        return Err(Error::Graph(format!("place {node} has {} exits, none numbered {left}", exits.len())));
+    };
     let to = graph.edges[edge].ends[usize::from(forward)];
     let enters = graph.exits(to).iter().position(|&e| e == (edge, !forward)).unwrap_or(0);
     let points = line(graph, edge, forward);
-    let via = points[1..points.len() - 1].iter().map(|&p| p.into()).collect();
-    Event::Arrived { left, place: place(graph, to), enters, via }
+    let via = Some(points[1..points.len() - 1].iter().map(|&p| p.into()).collect());
+    Ok((edge, to, Event::Arrived { left, place: place(graph, to), enters, via }))
 }
 
 impl Run {
