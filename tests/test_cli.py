@@ -38,6 +38,7 @@ COMMANDS = [
     ["evaluate", "trajectory"],
     ["evaluate", "features"],
     ["evaluate", "loops"],
+    ["evaluate", "motions"],
 ]
 
 

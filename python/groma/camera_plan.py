@@ -20,6 +20,7 @@ from groma.camera_calibration import flat_corners
 from groma.detection import Detection
 from groma.errors import UserError
 from groma.exploration import Noise
+from groma.network import rotation_matrix
 from groma.target import Target
 
 Array = NDArray[np.float64]
@@ -55,12 +56,28 @@ class Tries(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seed: int
 
 
+class Sitting(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How one panel, 0.6 m wide, is held before a camera."""
+
+    views: int
+    """Number of images."""
+    tilt: float
+    """Angle between the normal of the panel and the axis of the camera [rad]."""
+    distance: float
+    """Of its middle, along the axis [m]."""
+    grid: int
+    """Tags in a row and in a column."""
+    coverage: float
+    """Share of width and height of the image in which its middle is seen."""
+
+
 class _Defaults(msgspec.Struct, frozen=True):
     search: Search
     tries: Tries
     camera: Camera
     target: Target
     corner: float
+    sitting: Sitting
 
 
 DEFAULTS = msgspec.json.decode(_core.camera_plan_defaults(), type=_Defaults)
@@ -135,6 +152,8 @@ class Judged(msgspec.Struct, frozen=True):
     """A drive that people use, and what it gives from nominal intrinsics on."""
 
     motion: str
+    shown: Target
+    """The panels as it shows them: on the left side of the robot where it drives across the view."""
     stops: tuple[tuple[float, float, float], ...]
     length: float
     effort: float
@@ -157,12 +176,27 @@ class Tried(msgspec.Struct, frozen=True):
     deviation: tuple[float, ...]
     predicted: tuple[float, ...] | None
     """Standard deviations that the views promise; None when they leave a direction open."""
-    worst: float
-    """Worst standard deviation of a pixel that they promise, from nominal intrinsics on [pixel]."""
+    worst: float | None
+    """Worst standard deviation of a pixel over the trials [pixel]; None of less than two."""
+    worst_predicted: float | None
+    """The same as the views promise."""
     views: int
     refused: int
     reason: str | None
     """Why the last was refused."""
+
+
+class Studied(msgspec.Struct, frozen=True):
+    """What calibrations of a held panel gave, and what the views promised; None when all were refused."""
+
+    focal: float | None
+    """Root mean square error of fx, as a share of it."""
+    focal_promised: float | None
+    worst: float | None
+    """Worst pixel by the errors: root mean square in its worst direction [pixel]."""
+    worst_promised: float | None
+    calibrated: int
+    refused: int
 
 
 def mount(height: float, down: float) -> tuple[float, ...]:
@@ -181,6 +215,7 @@ def plan_camera(
     start: tuple[float, float, float],
     search: Search = DEFAULTS.search,
     *,
+    along: Sequence[tuple[float, float, float]] | None = None,
     covariance: Array | None = None,
     seen: Sequence[Detection] = (),
 ) -> CameraPlan:
@@ -194,6 +229,8 @@ def plan_camera(
         Where the robot stands: x, y [m], heading [rad].
     search
         The goal, the floor, what odometry loses.
+    along
+        A drive of one's own instead, as poses to turn and drive to: what it gives is told, wherever it leads.
     covariance
         (n, n) of the camera's parameters, when it was calibrated before; without it they are taken as nominal.
     seen
@@ -207,7 +244,11 @@ def plan_camera(
     rows = None if covariance is None else np.asarray(covariance).tolist()
     known = _json({"covariance": rows, "views": [len(d.corners) for d in seen]})
     points, pixels, sigmas = flat_corners(stage.target, seen)
-    found = _asked(lambda: _core.camera_plan(_json(stage), start, _json(search), known, points, pixels, sigmas))
+    request, poses = (_json(stage), start), None if along is None else [(x, y, theta) for x, y, theta in along]
+    for pose in (start, *(poses or ())):
+        if not all(map(math.isfinite, pose)):
+            raise UserError(f"a pose is {pose}: must be finite")
+    found = _asked(lambda: _core.camera_plan(*request, poses, _json(search), known, points, pixels, sigmas))
     return msgspec.json.decode(found, type=CameraPlan)
 
 
@@ -238,21 +279,33 @@ def try_motion(stage: Stage, motion: str, distance: float, tries: Tries = DEFAUL
     )
 
 
+def study_sitting(sitting: Sitting = DEFAULTS.sitting, tries: Tries = DEFAULTS.tries) -> Studied:
+    """Calibrate from drawn corners of a panel held before a camera, each time anew.
+
+    Raises
+    ------
+    UserError
+        When a number is out of range.
+    """
+    return msgspec.json.decode(_asked(lambda: _core.camera_study(_json(sitting), _json(tries))), type=Studied)
+
+
 def middle_of_view(stage: Stage, search: Search = DEFAULTS.search) -> float:
     """Return how far before the camera its axis passes the middle of the panels, within the floor of the search [m]."""
-    x, y, z, w = stage.mount[3:]
-    ahead, up = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
-    heights = [panel.position[2] + _middle_height(panel.corners, panel.quaternion) for panel in stage.target.panels]
-    drop = stage.mount[2] - sum(heights) / len(heights)
+    ahead, _, up = rotation_matrix(np.array(stage.mount[3:]))[:, 2]
+    drop = stage.mount[2] - middle_height(stage.target)
     near, far = search.depth
     distance = drop * ahead / -up if up < 0 < ahead else far
     return min(max(distance, near), far)
 
 
-def _middle_height(corners: Array, quaternion: tuple[float, ...]) -> float:
-    x, y, z, w = quaternion
-    row = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
-    return float(row @ corners.mean(axis=0))
+def middle_height(target: Target) -> float:
+    """Return how high the middles of the panels are above the floor, on average [m]."""
+    heights = []
+    for panel in target.panels:
+        up = rotation_matrix(np.array(panel.quaternion))[2]
+        heights.append(panel.position[2] + float(up @ panel.corners.mean(axis=0)))
+    return sum(heights) / len(heights)
 
 
 def _json(value: object) -> str:

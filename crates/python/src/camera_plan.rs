@@ -6,8 +6,8 @@ use groma_calibration::camera::Sighting;
 use groma_geometry::{Se2, Se3, So3};
 use groma_models::{Camera, Target};
 use groma_planning::camera::{
-    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Stage, Tries, mount, next_best, nominal_camera,
-    ranking, trials, upright_panels,
+    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Sitting, Stage, Tries, mount, next_best,
+    nominal_camera, ranking, study, trials, upright_panels,
 };
 use groma_planning::exploration::Noise;
 use nalgebra::{DMatrix, Quaternion, UnitQuaternion, Vector3};
@@ -22,7 +22,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(camera_mount, m)?)?;
     m.add_function(wrap_pyfunction!(camera_plan, m)?)?;
     m.add_function(wrap_pyfunction!(camera_ranking, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_trials, m)?)
+    m.add_function(wrap_pyfunction!(camera_trials, m)?)?;
+    m.add_function(wrap_pyfunction!(camera_study, m)?)
 }
 
 /// A pose as Python has it: position, then x, y, z, w.
@@ -64,8 +65,7 @@ struct Known {
 fn camera_plan_defaults() -> PyResult<String> {
     let camera = nominal_camera().map_err(invalid)?;
     let (search, tries) = (Search::default(), Tries::default());
-    let all =
-        json!({"search": search, "tries": tries, "camera": camera, "target": upright_panels(&FAN), "corner": SIGMA});
+    let all = json!({"search": search, "tries": tries, "camera": camera, "target": upright_panels(&FAN), "corner": SIGMA, "sitting": Sitting::default()});
     Ok(all.to_string())
 }
 
@@ -77,14 +77,15 @@ fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
     Ok([t.x, t.y, t.z, q.i, q.j, q.k, q.w])
 }
 
-/// The next best drives. `known` has the covariance of the parameters, or null, and the number of corners of each panel
-/// seen; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
+/// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, and the
+/// number of corners of each panel seen; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn camera_plan(
     py: Python<'_>,
     stage: &str,
     start: (f64, f64, f64),
+    poses: Option<Vec<(f64, f64, f64)>>,
     search: &str,
     known: &str,
     points: PyReadonlyArray2<'_, f64>,
@@ -92,14 +93,21 @@ fn camera_plan(
     sigmas: PyReadonlyArray1<'_, f64>,
 ) -> PyResult<String> {
     let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
+    search.validate().map_err(invalid)?;
     let seen = sightings(&points, &pixels, &sigmas);
-    let knowledge = knowledge(&stage.camera, parse(known)?, &seen)?;
-    let from = Se2::new(start.0, start.1, start.2);
-    let before = knowledge.clone();
-    let plan = py.detach(|| next_best(&stage, knowledge, from, &search)).map_err(invalid)?;
+    let before = knowledge(&stage.camera, parse(known)?, &seen)?;
+    let pose = |p: (f64, f64, f64)| Se2::new(p.0, p.1, p.2);
+    let plan = py.detach(|| match poses {
+        None => next_best(&stage, before.clone(), pose(start), &search),
+        Some(poses) => {
+            let poses: Vec<Se2> = poses.into_iter().map(pose).collect();
+            Ok(Plan::along(&stage, before.clone(), pose(start), &poses))
+        }
+    });
+    let plan = plan.map_err(invalid)?;
     let content = json!({
         "stops": stops(&plan, &search.noise),
-        "met": plan.met,
+        "met": plan.worst() <= search.target,
         "before": rows(before.covariance()),
         "after": rows(plan.knowledge.covariance()),
         "seen": before.views(),
@@ -123,6 +131,14 @@ fn camera_trials(py: Python<'_>, stage: &str, motion: &str, distance: f64, tries
     let motion = parse::<Motion>(&json!(motion).to_string())?;
     let stage = stage.with_target(motion.shown(&stage.target)).map_err(invalid)?;
     let found = py.detach(|| trials(&stage, &motion.drive(distance, motion.stops()), &tries));
+    serde_json::to_string(&found).map_err(invalid)
+}
+
+/// A panel held before a camera, tried out.
+#[pyfunction]
+fn camera_study(py: Python<'_>, sitting: &str, tries: &str) -> PyResult<String> {
+    let (sitting, tries) = (parse::<Sitting>(sitting)?, parse::<Tries>(tries)?);
+    let found = py.detach(|| study(&sitting, &tries)).map_err(invalid)?;
     serde_json::to_string(&found).map_err(invalid)
 }
 
@@ -168,6 +184,7 @@ fn stops(plan: &Plan, noise: &Noise) -> Vec<Value> {
 fn judged(of: &Judged) -> Value {
     json!({
         "motion": of.motion,
+        "shown": of.shown,
         "stops": of.drive.stops.iter().map(|p| [p.x(), p.y(), p.theta()]).collect::<Vec<_>>(),
         "length": of.drive.length(),
         "effort": of.drive.effort(),

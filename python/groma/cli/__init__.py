@@ -36,6 +36,7 @@ GROUPS = {
         "exploration": "evaluate_exploration:exploration",
         "features": "evaluate_features:features",
         "loops": "evaluate_loops:loops",
+        "motions": "evaluate_motions:motions",
         "trajectory": "evaluate_trajectory:trajectory",
     },
 }

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from groma.camera import Camera
 from groma.camera_calibration import projection_sigmas
 from groma.camera_plan import CameraPlan, Judged, Search, Stage
+from groma.network import rotation_matrix
 from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, WIDTH, Array, axes, drawn, sheet
 
 _LEFT, _BOTTOM, _TOP = 0.55, 0.45, 0.3
@@ -48,22 +49,11 @@ def _draw_camera(ax: Axes, stage: Stage, far: float) -> None:
     camera = stage.camera
     middle = (camera.height - 1) / 2
     sides = camera.unproject(np.array([[0.0, middle], [camera.width - 1.0, middle]]))
-    for direction in sides @ _rotation(stage.mount[3:]).T:
+    for direction in sides @ rotation_matrix(np.array(stage.mount[3:])).T:
         if np.isfinite(direction).all() and direction[0] > 0:
             slope = direction[1] / direction[0]
             ax.plot([0, 2 * far], [0, 2 * far * slope], color=LINE, linewidth=1.0)
     ax.plot([0], [0], "s", color=REJECTED, markersize=7)
-
-
-def _rotation(quaternion: Sequence[float]) -> Array:
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 @drawn("Worst pixel against what the wheels drive, and where other drives end")

@@ -115,9 +115,19 @@ impl Knowledge {
     /// Largest standard deviation of a pixel over the image [pixel].
     #[must_use]
     pub fn worst(&self) -> f64 {
-        let Some(covariance) = self.covariance() else { return f64::INFINITY };
-        self.map.sigmas(&covariance).into_iter().fold(0.0, f64::max)
+        self.covariance().map_or(f64::INFINITY, |covariance| worst_pixel(&self.map, &covariance))
     }
+
+    /// The same from the views alone, nothing known before; None when these leave a direction open.
+    #[must_use]
+    pub fn worst_of_views(&self) -> Option<f64> {
+        self.covariance_of_views().map(|covariance| worst_pixel(&self.map, &covariance))
+    }
+}
+
+/// The largest standard deviation of a pixel for a covariance of the parameters [pixel].
+pub(super) fn worst_pixel(map: &ProjectionMap, covariance: &DMatrix<f64>) -> f64 {
+    map.sigmas(covariance).into_iter().fold(0.0, f64::max)
 }
 
 /// Information of one panel in one image, its pose eliminated; None where the pose itself is not held.

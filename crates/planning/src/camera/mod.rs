@@ -8,6 +8,7 @@
 mod knowledge;
 mod motion;
 mod next_best;
+mod plan;
 mod ranking;
 mod stage;
 mod step;
@@ -16,7 +17,8 @@ mod trial;
 
 pub use knowledge::Knowledge;
 pub use motion::{Drive, Motion};
-pub use next_best::{Plan, Search, Stop, next_best};
+pub use next_best::{Search, next_best};
+pub use plan::{Plan, Stop};
 pub use ranking::{Judged, ranking};
 pub use stage::{FAN, PanelView, SIGMA, Stage, mount, nominal_camera, upright_panels};
 pub use study::{Sitting, Study, study};

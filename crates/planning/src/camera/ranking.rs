@@ -8,12 +8,15 @@ use super::stage::Stage;
 use crate::error::Error;
 use crate::exploration::Noise;
 use groma_calibration::camera::Options;
+use groma_models::Target;
 
 /// A drive and what it gives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// Which.
     pub motion: Motion,
+    /// The panels as it shows them.
+    pub shown: Target,
     /// Its stops.
     pub drive: Drive,
     /// Panels seen in all.
@@ -48,7 +51,7 @@ fn judged(stage: &Stage, motion: Motion, distance: f64, noise: &Noise) -> Result
         knowledge.covariance_of_views().map(|c| c.diagonal().map(f64::sqrt).iter().copied().collect::<Vec<_>>());
     let degenerate = sigmas.as_ref().is_none_or(|s| !is_enough(stage.camera.parameters(), s));
     let (worst, views, variance) = (knowledge.worst(), knowledge.views(), drive.variance(noise));
-    Ok(Judged { motion, drive, views, worst, sigmas, degenerate, variance })
+    Ok(Judged { motion, shown: stage.target, drive, views, worst, sigmas, degenerate, variance })
 }
 
 /// Whether the focal lengths are certain enough for the calibration.

@@ -17,6 +17,8 @@ const STEEPEST: f64 = 0.26;
 /// Fewest tags of a panel that is read, and corners of a board.
 const LEAST_TAGS: usize = 4;
 const LEAST_CORNERS: usize = 8;
+/// A panel with fewer than four times as many corners is never thinned.
+const LEAST_THINNED: usize = 16;
 /// Shortest side of a tag that is read [pixel].
 const SHORTEST: f64 = 8.0;
 /// Distance from the border of the image at which a corner counts [pixel].
@@ -39,6 +41,8 @@ pub struct Stage {
     pub sigma: f64,
     /// Corners of each panel in its frame [m].
     corners: Vec<Vec<Vector3<f64>>>,
+    /// Some of them, and how many each stands for.
+    sparse: Vec<(Vec<Vector3<f64>>, f64)>,
 }
 
 /// A panel in an image.
@@ -60,8 +64,9 @@ impl Stage {
         Error::unless(height > 0.0 && height.is_finite(), "height", height, "must be above 0 and finite")?;
         Error::unless(sigma > 0.0 && sigma.is_finite(), "corner", sigma, "must be above 0 and finite")?;
         target.check().map_err(|e| Error::Graph(e.to_string()))?;
-        let corners = target.panels.iter().map(|panel| panel.pattern.corners()).collect();
-        Ok(Self { camera, mount, target, sigma, corners })
+        let corners: Vec<_> = target.panels.iter().map(|panel| panel.pattern.corners()).collect();
+        let sparse = corners.iter().map(|all| thinned(all)).collect();
+        Ok(Self { camera, mount, target, sigma, corners, sparse })
     }
 
     /// The same with other panels.
@@ -75,21 +80,39 @@ impl Stage {
     /// What the camera sees of a robot at a pose.
     #[must_use]
     pub fn views(&self, robot: &Se2) -> Vec<PanelView> {
+        let panels = self.poses(robot).zip(&self.corners);
+        panels.filter_map(|((panel, pose), corners)| self.view(panel, corners, pose)).collect()
+    }
+
+    /// The same in a hurry, to compare drives: a quarter of the corners, each with the number that it stands for.
+    pub(super) fn glimpses(&self, robot: &Se2) -> Vec<(PanelView, f64)> {
+        let panels = self.poses(robot).zip(&self.sparse);
+        let seen = panels.filter_map(|((panel, pose), (corners, share))| {
+            let inside = || corners.iter().copied().filter(|p| self.pixel(&pose.act(p)).is_some()).collect::<Vec<_>>();
+            let corners = Self::faces(panel, corners, &pose).then(inside)?;
+            (corners.len() >= LEAST_TAGS).then_some((PanelView { pose, corners }, *share))
+        });
+        seen.collect()
+    }
+
+    /// Every panel at `T_camera_panel` of a robot at a pose.
+    fn poses(&self, robot: &Se2) -> impl Iterator<Item = (&Panel, Se3)> {
         let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), robot.theta());
         let translation = Vector3::new(robot.x(), robot.y(), 0.0);
         let t_camera_robot = self.mount.inverse() * Se3 { rotation: So3 { quaternion: yaw }, translation };
-        let panels = self.target.panels.iter().zip(&self.corners);
-        panels
-            .filter_map(|(panel, corners)| self.view(panel, corners, t_camera_robot * panel.t_robot_panel()))
-            .collect()
+        self.target.panels.iter().map(move |panel| (panel, t_camera_robot * panel.t_robot_panel()))
+    }
+
+    /// Whether a panel with these corners is turned towards the camera.
+    fn faces(panel: &Panel, corners: &[Vector3<f64>], pose: &Se3) -> bool {
+        let middle = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
+        let to_camera = -pose.act(&middle);
+        (pose.rotation.matrix() * outwards(panel)).dot(&to_camera) >= STEEPEST * to_camera.norm()
     }
 
     /// What the camera reads of a panel at `T_camera_panel`.
     pub(super) fn view(&self, panel: &Panel, corners: &[Vector3<f64>], pose: Se3) -> Option<PanelView> {
-        let middle = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
-        let to_camera = -pose.act(&middle);
-        let facing = (pose.rotation.matrix() * outwards(panel)).dot(&to_camera) / to_camera.norm();
-        if facing < STEEPEST {
+        if !Self::faces(panel, corners, &pose) {
             return None;
         }
         let corners = match panel.pattern {
@@ -147,6 +170,16 @@ pub fn upright_panels(yaws: &[f64]) -> Target {
 /// The direction, in the frame of a panel, out of which it is read.
 pub(super) fn outwards(panel: &Panel) -> Vector3<f64> {
     if matches!(panel.pattern, Pattern::TagGrid(_)) { Vector3::z() } else { -Vector3::z() }
+}
+
+/// Some corners, all over the panel, and how many each stands for: of every four, the first, second, third, fourth in turn.
+fn thinned(all: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, f64) {
+    if all.len() < 4 * LEAST_THINNED {
+        return (all.to_vec(), 1.0);
+    }
+    let some: Vec<_> = all.chunks(4).enumerate().filter_map(|(k, four)| four.get(k % 4)).copied().collect();
+    let share = all.len() as f64 / some.len() as f64;
+    (some, share)
 }
 
 fn upright(number: usize, yaw: f64) -> Panel {

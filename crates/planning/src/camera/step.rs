@@ -11,14 +11,18 @@ use groma_geometry::{Se2, wrap};
 use nalgebra::{Matrix3, Vector2};
 use std::f64::consts::PI;
 
+/// Spacing of looks on the way [m], [rad].
+pub(super) const STRIDE: (f64, f64) = (0.25, 0.35);
 /// Half a track [m].
 const HALF_TRACK: f64 = 0.3;
 
 /// From one pose to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Step {
-    from: Se2,
-    to: Se2,
+    /// Where it begins.
+    pub from: Se2,
+    /// Where it ends.
+    pub to: Se2,
     /// Heading on the line [rad].
     along: f64,
     /// Of the line [m].

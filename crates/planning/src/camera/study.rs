@@ -7,6 +7,7 @@
 //! the focal length by its diagonal, pixels by the largest of the projection map. Refused draws are in neither.
 //! Source: D. Meger's thesis, section 4.2.
 
+use super::knowledge::worst_pixel;
 use super::stage::{PanelView, SIGMA, Stage, mount, nominal_camera, upright_panels};
 use super::trial::{Tries, drawn, promised};
 use crate::error::Error;
@@ -85,12 +86,11 @@ pub fn study(sitting: &Sitting, tries: &Tries) -> Result<Study, Error> {
     let map = ProjectionMap::new(&stage.camera);
     let mean = |sum: DMatrix<f64>| sum / calibrated as f64;
     let (errors, promises) = (mean(errors), mean(promises));
-    let worst = |c: &DMatrix<f64>| map.sigmas(c).into_iter().fold(f64::NAN, f64::max);
     Ok(Study {
         focal: errors[(0, 0)].sqrt() / truth[0],
         focal_promised: promises[(0, 0)].sqrt() / truth[0],
-        worst: worst(&errors),
-        worst_promised: worst(&promises),
+        worst: worst_pixel(&map, &errors),
+        worst_promised: worst_pixel(&map, &promises),
         calibrated,
         refused: tries.runs as usize - calibrated,
     })

@@ -6,12 +6,13 @@
 //!
 //! A view is one panel in one image. Where there are more than wanted, they are taken evenly along the drive.
 
-use super::knowledge::Knowledge;
+use super::knowledge::{Knowledge, worst_pixel};
 use super::motion::Drive;
 use super::stage::{PanelView, Stage};
-use groma_calibration::camera::{Options, Sighting, View, calibrate};
+use groma_calibration::camera::{Options, ProjectionMap, Sighting, View, calibrate};
 use groma_geometry::LieGroup;
 use groma_simulation::random::{Purpose, Random};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// How a drive is tried out.
@@ -41,8 +42,10 @@ pub struct Trials {
     pub deviation: Vec<f64>,
     /// Standard deviations that the views promise, nothing known before; None when they leave a direction open.
     pub predicted: Option<Vec<f64>>,
-    /// Worst standard deviation of a pixel from these views, from nominal intrinsics on [pixel].
-    pub worst: f64,
+    /// Worst standard deviation of a pixel over the trials [pixel]; None when less than two were calibrated.
+    pub worst: Option<f64>,
+    /// The same as the views promise; None when they leave a direction open.
+    pub worst_predicted: Option<f64>,
     /// Views of a trial.
     pub views: usize,
     /// Trials whose calibration was refused.
@@ -57,18 +60,28 @@ pub fn trials(stage: &Stage, drive: &Drive, tries: &Tries) -> Trials {
     let options = Options { lens: stage.camera.lens(), splits: 0, ..Options::default() };
     let (width, height) = (stage.camera.width(), stage.camera.height());
     let seen = chosen(stage, drive, tries.views);
-    let (mut found, mut reason): (Vec<Vec<f64>>, _) = (vec![], None);
+    let (mut found, mut reason): (Vec<DVector<f64>>, _) = (vec![], None);
     for run in 0..tries.runs {
         match calibrate(width, height, &drawn(stage, &seen, tries.seed.wrapping_add(run)), &options) {
-            Ok(result) => found.push(result.camera.parameters().to_vec()),
+            Ok(result) => found.push(DVector::from_column_slice(result.camera.parameters())),
             Err(refusal) => reason = Some(refusal.to_string()),
         }
     }
     let knowledge = promised(stage, &seen);
-    let predicted = knowledge.covariance_of_views().map(|c| c.diagonal().map(f64::sqrt).iter().copied().collect());
-    let (mean, deviation) = spread(&found);
-    let refused = tries.runs - found.len() as u64;
-    Trials { mean, deviation, predicted, worst: knowledge.worst(), views: seen.len(), refused, reason }
+    let predicted = knowledge.covariance_of_views();
+    let (mean, scatter) = scatter(&found).unzip();
+    let deviations = |c: &DMatrix<f64>| c.diagonal().iter().map(|variance| variance.sqrt()).collect::<Vec<_>>();
+    let map = ProjectionMap::new(&stage.camera);
+    Trials {
+        mean: mean.map_or_else(Vec::new, |mean| mean.as_slice().to_vec()),
+        deviation: scatter.as_ref().map(deviations).unwrap_or_default(),
+        predicted: predicted.as_ref().map(deviations),
+        worst: scatter.map(|c| worst_pixel(&map, &c)),
+        worst_predicted: knowledge.worst_of_views(),
+        views: seen.len(),
+        refused: tries.runs - found.len() as u64,
+        reason,
+    }
 }
 
 /// The views of a drive, each with the number of its image, evenly thinned.
@@ -101,16 +114,13 @@ pub(super) fn drawn(stage: &Stage, seen: &[(usize, PanelView)], seed: u64) -> Ve
     seen.iter().map(&mut one).collect()
 }
 
-/// Mean and standard deviation of every parameter.
-fn spread(found: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
-    if found.len() < 2 {
-        return (vec![], vec![]);
-    }
-    let (count, n) = (found.len() as f64, found[0].len());
-    let mean: Vec<f64> = (0..n).map(|k| found.iter().map(|p| p[k]).sum::<f64>() / count).collect();
-    let square = |k: usize| found.iter().map(|p| (p[k] - mean[k]).powi(2)).sum::<f64>() / (count - 1.0);
-    let deviation = (0..n).map(|k| square(k).sqrt()).collect();
-    (mean, deviation)
+/// Mean and covariance of the parameters over trials; None of less than two.
+fn scatter(found: &[DVector<f64>]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let count = found.len() as f64;
+    let mean = (found.len() > 1).then(|| found.iter().sum::<DVector<f64>>() / count)?;
+    let n = mean.len();
+    let sum = found.iter().fold(DMatrix::zeros(n, n), |sum, one| sum + (one - &mean) * (one - &mean).transpose());
+    Some((mean, sum / (count - 1.0)))
 }
 
 #[cfg(test)]
@@ -145,10 +155,7 @@ mod tests {
         for (motion, notes) in NOTES {
             let told = tried(motion, &Tries { runs: 0, ..Tries::default() });
             let predicted = percent(&told.predicted.unwrap());
-            println!(
-                "{motion:?}: {} views, {predicted:.2?} %, notes {notes:.2?} %, worst {:.2}",
-                told.views, told.worst
-            );
+            println!("{motion:?}: {} views, {predicted:.2?} %, notes {notes:.2?} %", told.views);
             within += (0..3).filter(|&k| (predicted[k] / notes[k] - 1.0).abs() <= 0.25).count();
             // What ten trials may give, with 99.9 %: chi-square of 9, 0.97 to 29.7.
             assert!((0..3).all(|k| (0.33..1.82).contains(&(notes[k] / predicted[k]))), "{motion:?}");
