@@ -7,13 +7,16 @@
 //! ```
 //!
 //! so that a step costs `O(n)` times the looks before it instead of `O(n^2)`, and nothing but `V_k` is kept. These are
-//! the equations of [`super::belief`], not an approximation.
+//! the equations of [`super::belief`], not an approximation. They do not know what a walk is worth, so that searches
+//! with other weights from the same belief find the walks that were thought of before.
 
-use super::belief::{Belief, factor};
+use super::belief::Belief;
 use super::known::{KnownPlace, Link};
 use super::noise::position_trace;
+use super::rows::Rows;
 use groma_geometry::wrap;
-use nalgebra::{Matrix3, Matrix3xX, Vector3};
+use nalgebra::Matrix3;
+use std::collections::HashMap;
 
 /// Where a walk that is thought of has come to.
 #[derive(Clone, Debug)]
@@ -33,7 +36,8 @@ pub(super) struct Reached {
     pub robot_trace: f64,
     added: Matrix3<f64>,
     robot: Matrix3<f64>,
-    gain: Option<Matrix3xX<f64>>,
+    /// V of the look.
+    gain: Option<Rows>,
 }
 
 /// All walks that were thought of from one belief.
@@ -41,6 +45,8 @@ pub(super) struct Branches<'a> {
     belief: &'a Belief,
     places: &'a [KnownPlace],
     pub reached: Vec<Reached>,
+    /// What was reached from where by which exit to which place: guesses may lead one exit to several.
+    steps: HashMap<(usize, usize, usize), usize>,
 }
 
 impl<'a> Branches<'a> {
@@ -60,11 +66,21 @@ impl<'a> Branches<'a> {
             robot,
             gain: None,
         };
-        Self { belief, places, reached: vec![root] }
+        Self { belief, places, reached: vec![root], steps: HashMap::new() }
     }
 
     /// One link further; returns the number of what is reached.
     pub fn step(&mut self, parent: usize, link: &Link) -> usize {
+        let key = (parent, link.exit, link.to);
+        if let Some(&known) = self.steps.get(&key) {
+            return known;
+        }
+        let number = self.think(parent, link);
+        self.steps.insert(key, number);
+        number
+    }
+
+    fn think(&mut self, parent: usize, link: &Link) -> usize {
         let from = &self.reached[parent];
         let turn = self.belief.noise.turning(self.places[from.at].at, wrap(link.passage.depart - from.heading));
         let noise = turn + link.passage.noise;
@@ -101,35 +117,30 @@ impl<'a> Branches<'a> {
     }
 
     fn look(&self, next: &mut Reached, camera: usize) {
-        let mut difference = self.belief.difference(camera);
-        let mut robot = difference.fixed_columns_mut::<3>(0);
-        robot += next.added;
+        let column = 3 * camera + 3;
+        let mut difference = Rows::difference(&self.belief.covariance, 0, column);
+        difference.add_to_first(&next.added);
         let mut ancestor = next.parent;
         while let Some(i) = ancestor {
             if let Some(gain) = &self.reached[i].gain {
-                let weight: Matrix3<f64> = gain.fixed_columns::<3>(0) - gain.fixed_columns::<3>(3 * camera + 3);
-                difference.gemm(-1.0, &weight.transpose(), gain, 1.0);
+                difference.subtract(&(gain.block(0) - gain.block(column)).transpose(), gain);
             }
             ancestor = self.reached[i].parent;
         }
         let look = self.belief.noise.look(self.belief.cameras[camera]);
-        if let Some(gain) = factor(&difference, camera, &look) {
-            next.map_trace -= self.taken(&gain);
-            next.robot -= gain.fixed_columns::<3>(0).transpose() * gain.fixed_columns::<3>(0);
-            next.gain = Some(gain);
+        let innovation = difference.block(0) - difference.block(column) + look;
+        let root = nalgebra::Cholesky::new((innovation + innovation.transpose()) / 2.0);
+        if let Some(whiten) = root.and_then(|root| root.l().try_inverse()) {
+            difference.times(&whiten);
+            next.map_trace -= self.taken(&difference);
+            next.robot -= difference.block(0).transpose() * difference.block(0);
+            next.gain = Some(difference);
         }
     }
 
     /// By how much a look lowers the sum of the position variances.
-    fn taken(&self, gain: &Matrix3xX<f64>) -> f64 {
+    fn taken(&self, gain: &Rows) -> f64 {
         let cameras = self.belief.cameras.iter().enumerate();
-        cameras
-            .map(|(i, at)| {
-                let theta: Vector3<f64> = gain.column(3 * i + 5).into_owned();
-                let x = gain.column(3 * i + 3) - theta * at.y;
-                let y = gain.column(3 * i + 4) + theta * at.x;
-                x.norm_squared() + y.norm_squared()
-            })
-            .sum()
+        cameras.map(|(i, at)| gain.position(3 * i + 3, at.x, at.y).norm_squared()).sum()
     }
 }

@@ -17,7 +17,7 @@ use super::belief::Belief;
 use super::frontier::Frontier;
 use super::known::{Known, Link, Place, Way, distances, shortest};
 use super::noise::Noise;
-use super::search::{Limits, Problem, Walk, cheapest, search};
+use super::search::{Limits, Problem, cheapest, search};
 use super::strategy::{Goal, Strategy};
 use crate::error::Error;
 use nalgebra::Vector2;
@@ -282,32 +282,42 @@ impl Explorer {
         };
         let problem = self.problem(&links, &frontier.costs, lambda, true);
         let is_search = self.settings.strategy == Strategy::Search;
-        let walk = if is_search { search(&problem, &self.settings.limits) } else { cheapest(&problem) };
+        let mut branches = problem.branches();
+        let limits = &self.settings.limits;
+        let walk = if is_search { search(&problem, &mut branches, limits) } else { cheapest(&problem, &mut branches) };
         let walk = walk?;
-        self.note(&walk);
+        self.decisions.push(Decision { expansions: walk.expansions, gap: walk.gap });
         let onward = frontier.choice(&self.known, walk.end, walk.heading);
         Some(walk.exits.into_iter().chain(onward).collect())
     }
 
     /// The next walk that is worth its length, with the strategy that goes on when there is nothing left to find.
     fn refine(&mut self) -> Vec<usize> {
-        if self.settings.strategy != Strategy::Survey {
+        if self.settings.strategy != Strategy::Survey || self.is_as_accurate_as_asked() {
             return vec![];
         }
+        let (exits, lambda, decisions) = self.worthwhile();
+        self.lambda = lambda;
+        self.decisions.extend(decisions);
+        exits
+    }
+
+    /// The best walk for the least lambda, doubled, that makes one worth its length; that lambda, and the searches.
+    fn worthwhile(&self) -> (Vec<usize>, f64, Vec<Decision>) {
         let links = self.known.links(true);
         let ends = vec![0.0; links.len()];
         let last = if let Goal::Lambda(lambda) = self.settings.goal { lambda } else { LAST_LAMBDA };
+        let (mut lambda, mut decisions) = (self.lambda, vec![]);
+        let mut branches = self.problem(&links, &ends, lambda, false).branches();
         loop {
-            if self.is_as_accurate_as_asked() {
-                return vec![];
+            let problem = self.problem(&links, &ends, lambda, false);
+            let walk = search(&problem, &mut branches, &self.settings.limits);
+            let Some(walk) = walk else { return (vec![], lambda, decisions) };
+            decisions.push(Decision { expansions: walk.expansions, gap: walk.gap });
+            if !walk.exits.is_empty() || lambda >= last {
+                return (walk.exits, lambda, decisions);
             }
-            let problem = self.problem(&links, &ends, self.lambda, false);
-            let Some(walk) = search(&problem, &self.settings.limits) else { return vec![] };
-            self.note(&walk);
-            if !walk.exits.is_empty() || self.lambda >= last {
-                return walk.exits;
-            }
-            self.lambda = (2.0 * self.lambda).min(last);
+            lambda = (2.0 * lambda).min(last);
         }
     }
 
@@ -322,10 +332,6 @@ impl Explorer {
         };
         let (belief, places, here, heading) = (&self.belief, &self.known.places[..], self.here, self.heading);
         Problem { belief, places, links, here, heading, ends, lambda, robot, reach }
-    }
-
-    fn note(&mut self, walk: &Walk) {
-        self.decisions.push(Decision { expansions: walk.expansions, gap: walk.gap });
     }
 
     fn check_exit(&self, exit: usize) -> Result<(), Error> {

@@ -20,6 +20,7 @@ pub mod monte_carlo;
 pub mod noise;
 #[cfg(test)]
 mod proofs;
+mod rows;
 pub mod run;
 pub mod scenes;
 mod search;

@@ -153,7 +153,7 @@ fn worst_gap(cases: u64, most: usize) -> f64 {
         let problem = problem(&e, &links, &ends, lambda, frontier);
         let mut best = f64::INFINITY;
         every(&problem, &e.known, most, &mut |cost, _| best = best.min(cost));
-        worst = worst.max(search(&problem, &limits).unwrap().cost / best - 1.0);
+        worst = worst.max(search(&problem, &mut problem.branches(), &limits).unwrap().cost / best - 1.0);
     }
     worst
 }
@@ -180,10 +180,10 @@ fn stopped_early_the_search_is_no_worse_than_the_rule_and_says_how_far_it_may_be
     );
     let (links, ends) = (e.known.links(true), ends(&e.known, false));
     let problem = problem(&e, &links, &ends, 5000.0, false);
-    let rule = cheapest(&problem).unwrap();
+    let rule = cheapest(&problem, &mut problem.branches()).unwrap();
     let mut last = rule.cost;
     for expansions in [1, 10, 100, 1000, 10_000] {
-        let walk = search(&problem, &Limits { expansions, passes: 4 }).unwrap();
+        let walk = search(&problem, &mut problem.branches(), &Limits { expansions, passes: 4 }).unwrap();
         assert!(walk.cost <= last && walk.gap >= 0.0 && walk.expansions <= expansions);
         last = walk.cost;
     }

@@ -76,8 +76,9 @@ pub(super) struct Walk {
     pub expansions: usize,
 }
 
-impl Problem<'_> {
-    fn branches(&self) -> Branches<'_> {
+impl<'a> Problem<'a> {
+    /// The walks that begin here, none of them thought of yet.
+    pub fn branches(&self) -> Branches<'a> {
         Branches::new(self.belief, self.places, self.here, self.heading)
     }
 
@@ -94,8 +95,7 @@ impl Problem<'_> {
 }
 
 /// The best of the shortest paths to the ends: the rule that needs no search.
-pub(super) fn cheapest(problem: &Problem<'_>) -> Option<Walk> {
-    let mut branches = problem.branches();
+pub(super) fn cheapest(problem: &Problem<'_>, branches: &mut Branches<'_>) -> Option<Walk> {
     let mut best: Option<Walk> = None;
     for end in (0..problem.places.len()).filter(|&i| problem.ends[i].is_finite()) {
         let Some(path) = shortest(problem.links, problem.here, end) else { continue };
@@ -103,20 +103,20 @@ pub(super) fn cheapest(problem: &Problem<'_>) -> Option<Walk> {
             continue;
         }
         let last = path.iter().fold(0, |at, link| branches.step(at, link));
-        if best.as_ref().is_none_or(|b| problem.cost(&branches, last) < b.cost - 1e-9) {
-            best = Some(problem.walk(&branches, last));
+        if best.as_ref().is_none_or(|b| problem.cost(branches, last) < b.cost - 1e-9) {
+            best = Some(problem.walk(branches, last));
         }
     }
     best
 }
 
-/// The best walk that the limits allow to find.
-pub(super) fn search(problem: &Problem<'_>, limits: &Limits) -> Option<Walk> {
-    let first = cheapest(problem)?;
+/// The best walk that the limits allow to find; `branches` are those of the problem, or of one with another weight.
+pub(super) fn search(problem: &Problem<'_>, branches: &mut Branches<'_>, limits: &Limits) -> Option<Walk> {
+    let first = cheapest(problem, branches)?;
     let Problem { belief, places, links, here, ends, lambda, robot, .. } = *problem;
     let goal = Goal { here, ends, lambda, robot, limit: first.cost };
     let bound = Bound::new(belief, places, links, &goal);
-    Some(Search::new(problem, bound, first).run(limits))
+    Some(Search::new(problem, branches, bound, first).run(limits))
 }
 
 /// A walk that may be made one link longer.
@@ -129,9 +129,9 @@ struct Open {
     order: usize,
 }
 
-struct Search<'a> {
+struct Search<'a, 'b> {
     problem: &'a Problem<'a>,
-    branches: Branches<'a>,
+    branches: &'a mut Branches<'b>,
     bound: Bound,
     left: Vec<f64>,
     queue: BinaryHeap<Open>,
@@ -140,9 +140,8 @@ struct Search<'a> {
     pushed: usize,
 }
 
-impl<'a> Search<'a> {
-    fn new(problem: &'a Problem<'a>, bound: Bound, best: Walk) -> Self {
-        let branches = problem.branches();
+impl<'a, 'b> Search<'a, 'b> {
+    fn new(problem: &'a Problem<'a>, branches: &'a mut Branches<'b>, bound: Bound, best: Walk) -> Self {
         let left = distances(problem.links, problem.ends);
         Self { problem, branches, bound, left, queue: BinaryHeap::new(), fronts: HashMap::new(), best, pushed: 0 }
     }
@@ -172,9 +171,9 @@ impl<'a> Search<'a> {
 
     /// Keeps what was reached if it is an end and better than the best.
     fn consider(&mut self, reached: usize) {
-        let cost = self.problem.cost(&self.branches, reached);
+        let cost = self.problem.cost(self.branches, reached);
         if cost < self.best.cost - 1e-9 {
-            self.best = self.problem.walk(&self.branches, reached);
+            self.best = self.problem.walk(self.branches, reached);
         }
     }
 
