@@ -18,7 +18,8 @@ from groma.evaluation.exploration import band, matched, trade_offs
 from groma.exploration import Budget, Explorer, Graph, Lambda, Place, Settings, Sigma, explore, scene, try_walk
 from groma.io.camera_graph import read_graph, write_graph
 from groma.io.nav2_map import write_map
-from groma.io.skeleton import graph_of_map, thinned
+from groma.io.skeleton import graph_of_map
+from groma.io.thinning import thinned
 from groma.mapping import OccupancyGrid
 
 HAND = """
@@ -129,6 +130,16 @@ def test_a_plan_is_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "<svg" in (out / "report.html").read_text()
 
 
+def test_a_plan_on_a_map_is_drawn_on_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = np.full((60, 220), 100, np.int8)
+    cells[20:40, 10:210] = cells[5:55, 100:120] = 0
+    write_map(tmp_path / "map.yaml", OccupancyGrid(0.1, (-1.0, -3.0), cells))
+    assert command(["plan", "exploration", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "plan")]) == 0
+    assert "bears a camera: say in graph.yaml" in capsys.readouterr().err
+    assert "<image" in (tmp_path / "plan" / "report.html").read_text()
+    assert command(["plan", "exploration", str(tmp_path / "plan" / "graph.yaml"), "-o", str(tmp_path / "again")]) == 0
+
+
 def test_the_same_request_gives_the_same_bytes(tmp_path: Path) -> None:
     line = ["plan", "exploration", "--scene", "ring", "--size", "6", "--budget", "80", "-o"]
     assert command([*line, str(tmp_path / "a")]) == 0
@@ -190,11 +201,24 @@ def test_the_ways_of_a_map_are_its_corridors(tmp_path: Path) -> None:
     cells[30:70, 30:110] = 100
     cells[40:60, 130:190] = 0
     write_map(tmp_path / "map.yaml", OccupancyGrid(0.1, (-1.0, -1.0), cells))
-    graph = graph_of_map(tmp_path / "map.yaml")
+    graph, notes = graph_of_map(tmp_path / "map.yaml")
+    assert notes == ["every one of the 3 places bears a camera: say in graph.yaml where there is none"]
     lengths = sorted(_length(graph, edge) for edge in range(len(graph.edges)))
     assert len(graph.nodes) == 3, "the fork, the dead end, and one on the ring, which is no way from a place to itself"
     assert lengths[0] == pytest.approx(5.8, abs=0.6)
     assert sum(lengths[1:]) == pytest.approx(2 * (10 + 6), abs=2.5)
+
+
+def test_rooms_are_joined_through_a_door_as_wide_as_a_robot(tmp_path: Path) -> None:
+    # Two rooms of 6 m by 6 m, a door of 0.6 m between, and two corridors that cross and lead nowhere.
+    cells = np.full((80, 220), 100, np.int8)
+    cells[10:70, 10:70] = cells[10:70, 75:135] = cells[32:48, 150:210] = cells[10:70, 172:188] = 0
+    cells[38:44, 70:75] = 0
+    write_map(tmp_path / "map.yaml", OccupancyGrid(0.1, (-1.0, -1.0), cells))
+    graph, notes = graph_of_map(tmp_path / "map.yaml")
+    assert {x > 6.5 for x, _ in (node.position for node in graph.nodes)} == {False, True}
+    assert max(x for x, _ in (node.position for node in graph.nodes)) < 13.0
+    assert "cannot be reached" in notes[1]
 
 
 def test_thinning_leaves_one_line_of_a_bar() -> None:

@@ -231,9 +231,7 @@ class Explorer:
         """Return the exit by which to leave, None when nothing is left to do."""
         return self._core.next_exit()
 
-    def arrived(
-        self, left: int, place: Place, enters: int, via: Sequence[tuple[float, float]] | None = None
-    ) -> None:
+    def arrived(self, left: int, place: Place, enters: int, via: Sequence[tuple[float, float]] | None = None) -> None:
         """Tell that the robot left by an exit and came to a place through one of its exits, with bends on the way [m].
 
         Without bends the way is taken to be as it was before, straight if it is new.
@@ -308,8 +306,19 @@ def scene(kind: SceneName, *, size: int = 16, step: float = 8.0, density: float 
     return _asked(lambda: msgspec.json.decode(_core.exploration_scene(_json(values)), type=Graph))
 
 
-def explore(graph: Graph, settings: Settings | None = None) -> Run:
+def explore(
+    graph: Graph, settings: Settings | None = None, progress: Callable[[float, int], object] | None = None
+) -> Run:
     """Let a robot that does not know a building explore it; nothing is drawn, all noise is in the covariances.
+
+    Parameters
+    ----------
+    graph
+        The building.
+    settings
+        How to explore.
+    progress
+        Called at each stop with the distance driven [m] and the number of cameras found.
 
     Raises
     ------
@@ -317,7 +326,7 @@ def explore(graph: Graph, settings: Settings | None = None) -> Run:
         When the graph cannot be driven or a setting is impossible.
     """
     chosen = _json((settings or Settings()).table())
-    return _asked(lambda: msgspec.json.decode(_core.exploration_run(_core_graph(graph), chosen), type=Run))
+    return _asked(lambda: msgspec.json.decode(_core.exploration_run(_core_graph(graph), chosen, progress), type=Run))
 
 
 def check(graph: Graph) -> None:

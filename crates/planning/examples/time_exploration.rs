@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p groma-planning --example time_exploration [MOST CAMERAS]
 //!
-//! Each exploration runs three times; of every decision the best of its three times counts, then the median and the
+//! Each exploration runs five times; of every decision the best of its five times counts, then the median and the
 //! longest over the decisions are printed. A decision is a call of `next_exit` that planned: most give the next exit of
 //! the plan that there is. Both searching strategies, 2000 expansions allowed, the default. Times are those of the
 //! processor where Linux tells them (a busy machine does not spoil them), else of the clock.
@@ -14,7 +14,7 @@ use groma_planning::exploration::scenes::Kind;
 use groma_planning::exploration::{Explorer, Goal, Graph, Scene, Settings, Strategy};
 use std::time::Instant;
 
-const RUNS: usize = 3;
+const RUNS: usize = 5;
 /// The processor's time is told in steps; below this the clock is better [ms].
 const COARSE: f64 = 20.0;
 const LAMBDAS: [f64; 3] = [10.0, 100.0, 1000.0];

@@ -1,7 +1,8 @@
 //! `groma.exploration`: graphs, settings and events as JSON in, runs as JSON out.
 
-use groma_planning::exploration::monte_carlo::try_walk;
-use groma_planning::exploration::{Event, Explorer, Graph, Noise, Place, Scene, Settings, explore};
+use groma_planning::exploration::monte_carlo::try_walk_while;
+use groma_planning::exploration::run::Stop;
+use groma_planning::exploration::{Event, Explorer, Graph, Noise, Place, Scene, Settings, explore_while};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
@@ -35,12 +36,26 @@ fn exploration_check(graph: &str) -> PyResult<()> {
     read::<Graph>(graph)?.validate().map_err(invalid)
 }
 
-/// One whole exploration.
+/// One whole exploration; `tell`, if given, is called at each stop with the distance and the number of cameras found.
 #[pyfunction]
-fn exploration_run(py: Python<'_>, graph: &str, settings: &str) -> PyResult<String> {
+fn exploration_run(py: Python<'_>, graph: &str, settings: &str, tell: Option<Py<PyAny>>) -> PyResult<String> {
     let (graph, settings) = (read::<Graph>(graph)?, read::<Settings>(settings)?);
-    let run = py.detach(|| explore(&graph, &settings)).map_err(invalid)?;
-    serde_json::to_string(&run).map_err(invalid)
+    let mut told = Ok(());
+    let mut goes_on = |stop: &Stop| {
+        told = asked(tell.as_ref(), (stop.length, stop.cameras.len()));
+        told.is_ok()
+    };
+    let run = py.detach(|| explore_while(&graph, &settings, &mut goes_on));
+    told?;
+    serde_json::to_string(&run.map_err(invalid)?).map_err(invalid)
+}
+
+/// Calls back, and lets Python see to its signals: Ctrl-C ends long work.
+fn asked(tell: Option<&Py<PyAny>>, values: (f64, usize)) -> PyResult<()> {
+    Python::attach(|py| {
+        py.check_signals()?;
+        tell.map_or(Ok(()), |tell| tell.call1(py, values).map(|_| ()))
+    })
 }
 
 /// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's.
@@ -54,8 +69,14 @@ fn exploration_try(
     seed: u64,
 ) -> PyResult<String> {
     let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
-    let tried = py.detach(|| try_walk(&graph, &walk, &noise, runs, seed)).map_err(invalid)?;
-    serde_json::to_string(&tried).map_err(invalid)
+    let mut told = Ok(());
+    let mut goes_on = |_| {
+        told = Python::attach(|py| py.check_signals());
+        told.is_ok()
+    };
+    let tried = py.detach(|| try_walk_while(&graph, &walk, &noise, (runs, seed), &mut goes_on));
+    told?;
+    serde_json::to_string(&tried.map_err(invalid)?).map_err(invalid)
 }
 
 /// A robot that explores.

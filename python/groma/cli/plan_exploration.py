@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from groma.errors import EstimationError, UserError
 from groma.exploration import (
@@ -31,8 +34,10 @@ from groma.exploration import (
 from groma.io.atomic import write_bytes, write_text
 from groma.io.camera_graph import read_graph, write_graph
 from groma.io.drive_plan import write_route, write_waypoints
+from groma.io.nav2_map import read_map
 from groma.io.results import point_latest, result_directory, run_record, shown_command
 from groma.io.toml import to_toml
+from groma.mapping import OccupancyGrid
 from groma.report.exploration_pictures import animation
 from groma.report.exploration_report import plan_report, verdict
 
@@ -93,16 +98,18 @@ def exploration(
     building = _building(graph, scene, size=size, step=step, density=density, seed=seed)
     settings = Settings(strategy=strategy) if goal is None else Settings(strategy=strategy, goal=goal)
     directory = result_directory(output, datetime.now().astimezone())
-    run = explore(building, settings)
-    tried = try_walk(building, run.walk, noise=settings.noise, runs=TRIES, seed=seed)
+    for note in building.notes:
+        print(f"note: {note}", file=sys.stderr)
+    run = _explored(building.graph, settings)
+    tried = try_walk(building.graph, run.walk, noise=settings.noise, runs=TRIES, seed=seed)
     given = {"scene": scene, "size": size, "step": step, "density": density, "seed": seed} if scene else {"seed": seed}
     record = run_record({"exploration": settings.table() | given}, graph, shown_command(sys.argv[1:]))
-    save(directory, building, run, tried, record, frames=frames)
+    save(directory, building.graph, run, tried, record, frames=frames, grid=building.grid)
     if output is None:
         point_latest(directory)
-    print(verdict(building, run, tried))
+    print(verdict(building.graph, run, tried))
     print(f"{directory / 'report.html'}")
-    _complain(goal, run, sum(node.camera for node in building.nodes))
+    _complain(goal, run, sum(node.camera for node in building.graph.nodes))
 
 
 def plan_into(directory: Path, building: Graph, settings: Settings, given: dict[str, object], *, frames: bool) -> str:
@@ -115,9 +122,16 @@ def plan_into(directory: Path, building: Graph, settings: Settings, given: dict[
 
 
 def save(
-    directory: Path, building: Graph, run: Run, tried: Tried | None, record: dict[str, object], *, frames: bool
+    directory: Path,
+    building: Graph,
+    run: Run,
+    tried: Tried | None,
+    record: dict[str, object],
+    *,
+    frames: bool,
+    grid: OccupancyGrid | None = None,
 ) -> None:
-    """Write all files of a plan, the report last."""
+    """Write all files of a plan, the report last; the map, if the building comes from one, is drawn under the walk."""
     gif = animation(building, run) if frames else None
     write_graph(directory / "graph.yaml", building)
     write_waypoints(directory / "waypoints.csv", building, run)
@@ -126,7 +140,7 @@ def save(
         write_bytes(directory / "walk.gif", gif)
     write_text(directory / "metrics.json", json.dumps(_figures(run, tried), indent=1, sort_keys=True) + "\n")
     write_text(directory / "run.toml", to_toml(record))
-    write_text(directory / "report.html", plan_report(building, run, tried, record, gif))
+    write_text(directory / "report.html", plan_report(building, run, tried, record, gif, grid))
 
 
 def _goal(lambda_: float | None, sigma: float | None, budget: float | None) -> Goal | None:
@@ -137,17 +151,45 @@ def _goal(lambda_: float | None, sigma: float | None, budget: float | None) -> G
     return given[0][1] if given else None
 
 
-def _building(path: Path | None, scene: SceneName | None, **values: float) -> Graph:
+@dataclass(frozen=True, slots=True)
+class _Building:
+    graph: Graph
+    grid: OccupancyGrid | None = None
+    """The map that it comes from."""
+    notes: tuple[str, ...] = ()
+
+
+def _building(path: Path | None, scene: SceneName | None, **values: float) -> _Building:
     if (path is None) == (scene is None):
         raise UserError("give either a file or --scene: groma plan exploration building.yaml")
     if path is None and scene is not None:
         size, seed = int(values["size"]), int(values["seed"])
-        return draw(scene, size=size, step=values["step"], density=values["density"], seed=seed)
+        return _Building(draw(scene, size=size, step=values["step"], density=values["density"], seed=seed))
     if path is not None and _is_map(path):
         from groma.io.skeleton import graph_of_map
 
-        return graph_of_map(path)
-    return read_graph(path or Path())
+        graph, notes = graph_of_map(path)
+        return _Building(graph, read_map(path), tuple(notes))
+    return _Building(read_graph(path or Path()))
+
+
+def _explored(building: Graph, settings: Settings) -> Run:
+    """Explore, with progress on a terminal."""
+    console, cameras = Console(stderr=True), sum(node.camera for node in building.nodes)
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
+        task = progress.add_task("explore", total=cameras)
+
+        def tell(distance: float, found: int) -> None:
+            progress.update(task, description=f"{distance:.0f} m, {found} of {cameras} cameras", completed=found)
+
+        return explore(building, settings, tell)
 
 
 def _is_map(path: Path) -> bool:

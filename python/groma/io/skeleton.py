@@ -1,11 +1,13 @@
 """The ways of a building from its occupancy map: the middle lines of the free space, as a graph.
 
 Free cells further than CLEARANCE from anything else, at a cell of at least CELL, are thinned to lines one cell wide
-(Zhang and Suen, CACM 27, 1984). Cells of the lines with one neighbour or more than two become places, those that touch
-one place together; the lines between them ways with a bend where the line leaves the chord by more than STRAIGHT
-(Ramer 1972; Douglas and Peucker 1973). Dead ends shorter than SPUR are dropped: they come from the raggedness of walls.
-Places where two ways meet are joined into one way. Every place left bears a camera: edit the file to say where there is
-none. The start is the place nearest to the origin of the map; what cannot be reached from it is left out.
+(`groma.io.thinning`). Rooms of ROOM and more that such cells do not join, but cells further than NARROW do, are joined
+by the middle lines of these: doors are as narrow as robots allow. Cells of the lines with one neighbour or more than
+two become places, those that touch one place together; the lines between them ways with a bend where the line leaves
+the chord by more than STRAIGHT (Ramer 1972; Douglas and Peucker 1973). Dead ends shorter than SPUR are dropped: they
+come from the raggedness of walls. Places where two ways meet are joined into one way. Every place left bears a camera:
+edit the file to say where there is none. The start is the place nearest to the origin of the map; what cannot be
+reached from it is left out.
 """
 
 from __future__ import annotations
@@ -15,23 +17,22 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.exploration import Edge, Graph, Node
 from groma.io.nav2_map import read_map
+from groma.io.thinning import AROUND, Cell, Mask, joined, shrunk, thinned
 
-Mask = NDArray[np.bool_]
-Cell = tuple[int, int]
 Line = list[Cell]
 
-CELL, CLEARANCE, SPUR, STRAIGHT = 0.1, 0.35, 1.5, 0.25
+CELL, CLEARANCE, NARROW, SPUR, STRAIGHT = 0.1, 0.35, 0.15, 1.5, 0.25
 """[m]"""
-_AROUND = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
+ROOM = 2.0
+"""[m^2]"""
 
 
-def graph_of_map(path: Path) -> Graph:
-    """Return the ways of a nav2 map.
+def graph_of_map(path: Path) -> tuple[Graph, list[str]]:
+    """Return the ways of a nav2 map, and notes for a person on what was assumed and left out.
 
     Raises
     ------
@@ -42,38 +43,17 @@ def graph_of_map(path: Path) -> Graph:
     factor = max(1, round(CELL / grid.resolution))
     free = _coarse(grid.cells == 0, factor)
     cell = grid.resolution * factor
-    thin = thinned(_shrunk(free, math.ceil(CLEARANCE / cell)))
-    lines = _without_spurs(_traced(thin), SPUR / cell)
+    wide, narrow = (shrunk(free, math.ceil(reach / cell)) for reach in (CLEARANCE, NARROW))
+    lines = _without_spurs(_traced(thinned(joined(wide, narrow, ROOM / cell**2))), SPUR / cell)
     if not lines:
         raise UserError(f"{path}: no way of {SPUR} m was found in its free space: draw the graph by hand")
-    return _connected(_graph(lines, cell, grid.origin))
-
-
-def thinned(mask: Mask) -> Mask:
-    """Return the middle lines of what is true, one cell wide."""
-    mask = np.pad(mask, 1)
-    changed = True
-    while changed:
-        changed = False
-        for step in (0, 1):
-            p = [_shifted(mask, d) for d in _AROUND]
-            count = np.sum(p, axis=0)
-            turns = np.sum([~a & b for a, b in zip(p, [*p[1:], p[0]], strict=True)], axis=0)
-            north, east, south, west = p[0], p[2], p[4], p[6]
-            first = ~(north & east & south) & ~(east & south & west)
-            second = ~(north & east & west) & ~(north & south & west)
-            gone = mask & (count >= 2) & (count <= 6) & (turns == 1) & (second if step else first)
-            if gone.any():
-                mask &= ~gone
-                changed = True
-    return mask[1:-1, 1:-1]
-
-
-def _shifted(mask: Mask, by: Cell) -> Mask:
-    """Return for every cell what its neighbour is; outside is false."""
-    padded = np.pad(mask, 1)
-    height, width = mask.shape
-    return padded[1 + by[0] : 1 + by[0] + height, 1 + by[1] : 1 + by[1] + width]
+    whole = _graph(lines, cell, grid.origin)
+    graph = _connected(whole)
+    notes = [f"every one of the {len(graph.nodes)} places bears a camera: say in graph.yaml where there is none"]
+    lost = len(whole.nodes) - len(graph.nodes)
+    if lost:
+        notes.append(f"{lost} places cannot be reached from the start with {NARROW} m on either side, and are left out")
+    return graph, notes
 
 
 def _coarse(free: Mask, factor: int) -> Mask:
@@ -84,16 +64,10 @@ def _coarse(free: Mask, factor: int) -> Mask:
     return shares
 
 
-def _shrunk(free: Mask, cells: int) -> Mask:
-    for _ in range(cells):
-        free = free & np.all([_shifted(free, d) for d in _AROUND[::2]], axis=0)
-    return free
-
-
 def _traced(thin: Mask) -> list[Line]:
     """Return the lines between the places, places included at both ends as the middles of their cells."""
     cells = {(int(r), int(c)) for r, c in np.argwhere(thin)}
-    around = {cell: [n for d in _AROUND if (n := (cell[0] + d[0], cell[1] + d[1])) in cells] for cell in cells}
+    around = {cell: [n for d in AROUND if (n := (cell[0] + d[0], cell[1] + d[1])) in cells] for cell in cells}
     knots = {cell for cell, near in around.items() if len(near) != 2}
     place = _clusters(knots, around)
     lines, used = [], set()
@@ -133,7 +107,7 @@ def _clusters(knots: set[Cell], around: dict[Cell, list[Cell]]) -> dict[Cell, Ce
 def _without_spurs(lines: list[Line], least: float) -> list[Line]:
     """Drop short dead ends, the shortest first, and join lines that then only follow each other."""
     while True:
-        lines = _joined(lines)
+        lines = _in_one(lines)
         degree = _degrees(lines)
         spurs = [line for line in lines if _length(line) < least and 1 in (degree[line[0]], degree[line[-1]])]
         if not spurs or len(lines) == 1:
@@ -141,7 +115,7 @@ def _without_spurs(lines: list[Line], least: float) -> list[Line]:
         lines.remove(min(spurs, key=_length))
 
 
-def _joined(lines: list[Line]) -> list[Line]:
+def _in_one(lines: list[Line]) -> list[Line]:
     """Join lines that only follow each other, but none to a loop: a way has two ends."""
     lines = list(lines)
     while pair := _following(lines):

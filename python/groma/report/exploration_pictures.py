@@ -17,6 +17,7 @@ from PIL import Image
 from groma.evaluation.exploration import Traded
 from groma.exploration import Graph, Run, StrategyName
 from groma.io.drive_plan import points
+from groma.mapping import OccupancyGrid
 from groma.report.drawing import (
     ACCEPTED,
     FINAL,
@@ -31,6 +32,7 @@ from groma.report.drawing import (
     drawn,
     sheet,
 )
+from groma.report.plan import walls
 
 COLOURS: dict[StrategyName, str] = {
     "depth-first": ODOMETRY,
@@ -50,13 +52,16 @@ _TALLEST, _WIDE = 6.5, 6.5
 
 
 @drawn("The walk through the building, with the uncertainty of the cameras")
-def the_walk(graph: Graph, run: Run) -> Figure:
-    """Draw the ways, how often each was driven, and the final uncertainty of every camera."""
+def the_walk(graph: Graph, run: Run, grid: OccupancyGrid | None = None) -> Figure:
+    """Draw the ways, how often each was driven, and the final uncertainty of every camera, on the map if any."""
     low, high = _extent(graph)
     width, height = high - low
     scale = min(_WIDE / width, _TALLEST / height)
     figure = sheet(height * scale + 0.6)
     ax = axes(figure, 0.55, 0.45, width * scale, height * scale)
+    if grid is not None:
+        image, extent = walls(grid)
+        ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
     _draw(ax, graph, run, len(run.stops) - 1)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
     return figure

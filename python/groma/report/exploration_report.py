@@ -11,6 +11,7 @@ from groma.evaluation.exploration import Matched, Traded
 from groma.exploration import Graph, Run, Tried
 from groma.io.camera_graph import node_names
 from groma.io.toml import to_toml
+from groma.mapping import OccupancyGrid
 from groma.report.drawing import VARIABLES
 from groma.report.exploration_pictures import COLOURS, MARKS, the_progress, the_trade_off, the_walk
 from groma.report.page import Html, details, facts, figure, page, section, table, text
@@ -38,7 +39,14 @@ def verdict(graph: Graph, run: Run, tried: Tried | None) -> str:
     return text_ + "."
 
 
-def plan_report(graph: Graph, run: Run, tried: Tried | None, record: Mapping[str, object], gif: bytes | None) -> str:
+def plan_report(
+    graph: Graph,
+    run: Run,
+    tried: Tried | None,
+    record: Mapping[str, object],
+    gif: bytes | None,
+    grid: OccupancyGrid | None = None,
+) -> str:
     """Return the page on one plan."""
     keys = [("line", "line", "a way"), ("final", "bar", "driven, wider where more often")]
     keys += [("rejected", "ring", "a camera's position, 2σ"), ("accepted", "dot", "where the robot ends")]
@@ -51,7 +59,7 @@ def plan_report(graph: Graph, run: Run, tried: Tried | None, record: Mapping[str
             + "</header>"
         ),
         facts(_facts(run, tried)),
-        figure(the_walk(graph, run), "The walk, and what it leaves uncertain.", keys),
+        figure(the_walk(graph, run, grid), "The walk, and what it leaves uncertain.", keys),
         figure(
             the_progress(run), "The dashed line: all cameras are found; what follows lowers the uncertainty.", progress
         ),

@@ -31,7 +31,7 @@ pub use explorer::{Decision, Event, Explorer, Settings};
 pub use graph::{Edge, Graph, Node};
 pub use known::Place;
 pub use noise::Noise;
-pub use run::{Run, explore};
+pub use run::{Run, explore, explore_while};
 pub use scenes::Scene;
 pub use search::Limits;
 pub use strategy::{Goal, Strategy};

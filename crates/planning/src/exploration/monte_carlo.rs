@@ -46,16 +46,29 @@ pub struct Tried {
 
 /// Drives a walk, given as ways with their direction from the start, many times.
 pub fn try_walk(graph: &Graph, walk: &[usize], noise: &Noise, runs: usize, seed: u64) -> Result<Tried, Error> {
+    try_walk_while(graph, walk, noise, (runs, seed), &mut |_| true)
+}
+
+/// Drives a walk many times (`runs`, with the first seed), as long as whoever is told how many are done wants it.
+pub fn try_walk_while(
+    graph: &Graph,
+    walk: &[usize],
+    noise: &Noise,
+    (runs, seed): (usize, u64),
+    goes_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<Tried, Error> {
     graph.validate()?;
     noise.validate()?;
     Error::unless(runs > 0, "runs", runs as f64, "must be at least 1")?;
     let (mut map, mut filter) = (Errors::default(), Errors::default());
-    for run in 0..runs as u64 {
-        let mut driven = Filter::new(graph, noise, seed.wrapping_add(run)).drive(walk)?;
+    let mut done = 0;
+    while done < runs && goes_on(done) {
+        let mut driven = Filter::new(graph, noise, seed.wrapping_add(done as u64)).drive(walk)?;
         filter.add(driven.errors());
         map.add(driven.smoothed()?);
+        done += 1;
     }
-    Ok(Tried { map: map.mean(runs), filter: filter.mean(runs), runs })
+    Ok(Tried { map: map.mean(done), filter: filter.mean(done), runs: done })
 }
 
 impl Errors {
@@ -65,6 +78,7 @@ impl Errors {
     }
 
     fn mean(self, runs: usize) -> Self {
+        let runs = runs.max(1);
         Self { sigma: (self.sigma / runs as f64).sqrt(), nees: self.nees / runs as f64 }
     }
 }

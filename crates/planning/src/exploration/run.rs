@@ -51,13 +51,20 @@ pub struct Run {
 
 /// Explores a graph.
 pub fn explore(graph: &Graph, settings: &Settings) -> Result<Run, Error> {
+    explore_while(graph, settings, &mut |_| true)
+}
+
+/// Explores a graph as long as whoever is told of each stop wants it to go on.
+pub fn explore_while(graph: &Graph, settings: &Settings, goes_on: &mut dyn FnMut(&Stop) -> bool) -> Result<Run, Error> {
     graph.validate()?;
     let start = place(graph, graph.start);
     let mut explorer = Explorer::new(*settings, graph.cameras(), &start, start.exits.first().copied().unwrap_or(0.0))?;
     let mut run = Run { stops: vec![], cameras: vec![], length: 0.0, sigma: 0.0, decisions: vec![] };
     run.stop(graph, &explorer, graph.start, None);
     let mut here = graph.start;
-    while let Some(exit) = explorer.next_exit() {
+    while run.stops.last().is_none_or(&mut *goes_on)
+        && let Some(exit) = explorer.next_exit()
+    {
         let (edge, next, event) = arrival(graph, here, exit)?;
         explorer.observe(&event)?;
         here = next;
