@@ -123,6 +123,12 @@ def test_a_plan_is_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[s
     ids = [f["properties"]["id"] for f in route["features"]]
     assert len(ids) == len(set(ids))
     assert {f["geometry"]["type"] for f in route["features"]} == {"Point", "MultiLineString"}
+    at = {f["properties"]["id"]: f["geometry"]["coordinates"] for f in route["features"] if "frame" in f["properties"]}
+    edges = [f for f in route["features"] if "startid" in f["properties"]]
+    assert [9, 2] in at.values(), "a bend is a node: the loader of nav2 knows straight edges alone"
+    for f in edges:
+        ends = [at[f["properties"][end]] for end in ("startid", "endid")]
+        assert f["geometry"]["coordinates"] == [ends]
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["cameras"] == 3
     assert metrics["sigma_tried_m"] == pytest.approx(metrics["sigma_predicted_m"], rel=0.3)

@@ -4,22 +4,27 @@
 [m], standard deviations of the robot's position (root of the trace) [m] and heading [rad], and of the cameras found so
 far (root mean square) [m].
 
-`route.geojson`: the graph that nav2_route loads: nodes are Point features with an `id` and a `frame`, edges
-MultiLineString features with `id`, `startid`, `endid`, one for each direction driven. The standard deviation after the
-last visit is metadata of a node. Source: docs.nav2.org, Route Server, graph file.
+`route.geojson`: the graph that nav2_route loads. Its loader knows straight edges alone and ignores the points of a
+line, so that the bends of a way are nodes as well. Nodes are Point features with an `id` and a `frame`, places with the
+number that they have in the graph and as metadata their name, whether there is a camera, and the standard deviation of
+the cameras found until the last visit (root mean square) [m]; edges are MultiLineString features with `id`, `startid`,
+`endid`, one for each direction driven. Source: docs.nav2.org, Route Server; navigation2,
+nav2_route/src/plugins/graph_file_loaders/geojson_graph_file_loader.cpp.
 """
 
 from __future__ import annotations
 
 import json
 import math
+from itertools import count, pairwise
 from pathlib import Path
 
-from groma.exploration import Graph, Run
+from groma.exploration import Graph, Run, Stop
 from groma.io.atomic import write_text
 from groma.io.camera_graph import node_names
 
 Point = tuple[float, float]
+Numbered = tuple[int, Point]
 
 
 def write_waypoints(path: Path, graph: Graph, run: Run) -> None:
@@ -38,26 +43,40 @@ def write_waypoints(path: Path, graph: Graph, run: Run) -> None:
 def write_route(path: Path, graph: Graph, run: Run) -> None:
     """Write the ways driven as the GeoJSON graph of nav2_route."""
     names, last = node_names(graph), {stop.node: stop for stop in run.stops}
-    features = [
-        {
-            "type": "Feature",
-            "properties": {
-                "id": node,
-                "frame": "map",
-                "metadata": {"name": names[node], "camera": graph.nodes[node].camera, "sigma": round(stop.sigma, 6)},
-            },
-            "geometry": {"type": "Point", "coordinates": list(graph.nodes[node].position)},
-        }
-        for node, stop in sorted(last.items())
+    driven = {(run.stops[i - 1].node, stop.node, stop.edge or 0) for i, stop in enumerate(run.stops) if i}
+    nodes = [
+        _node(node, graph.nodes[node].position, _metadata(graph, names, stop)) for node, stop in sorted(last.items())
     ]
-    driven = {(run.stops[i - 1].node, stop.node, stop.edge) for i, stop in enumerate(run.stops) if i}
-    for number, (start, end, edge) in enumerate(sorted(driven, key=lambda way: (way[0], way[1], way[2] or 0))):
-        line = [list(point) for point in points(graph, edge or 0, start)]
-        properties = {"id": len(graph.nodes) + number, "startid": start, "endid": end}
-        geometry = {"type": "MultiLineString", "coordinates": [line]}
-        features.append({"type": "Feature", "properties": properties, "geometry": geometry})
-    content = {"type": "FeatureCollection", "name": "groma", "features": features}
+    bends, lines = _bends(graph, {edge for _, _, edge in driven}), []
+    for start, end, edge in sorted(driven):
+        inner = bends[edge] if graph.edges[edge].ends[0] == start else bends[edge][::-1]
+        lines += list(pairwise([(start, graph.nodes[start].position), *inner, (end, graph.nodes[end].position)]))
+    nodes += [_node(number, at, {}) for way in bends.values() for number, at in way]
+    first = len(graph.nodes) + sum(map(len, bends.values()))
+    edges = [_edge(first + i, *line) for i, line in enumerate(lines)]
+    content = {"type": "FeatureCollection", "name": "groma", "features": nodes + edges}
     write_text(path, json.dumps(content, indent=1) + "\n")
+
+
+def _bends(graph: Graph, driven: set[int]) -> dict[int, list[Numbered]]:
+    """Return the bends of the ways driven, from the first end to the second, numbered after the places."""
+    number = count(len(graph.nodes))
+    return {edge: [(next(number), bend) for bend in graph.edges[edge].via] for edge in sorted(driven)}
+
+
+def _metadata(graph: Graph, names: tuple[str, ...], stop: Stop) -> dict[str, object]:
+    return {"name": names[stop.node], "camera": graph.nodes[stop.node].camera, "sigma": round(stop.sigma, 6)}
+
+
+def _node(number: int, at: Point, metadata: dict[str, object]) -> dict[str, object]:
+    properties = {"id": number, "frame": "map"} | ({"metadata": metadata} if metadata else {})
+    return {"type": "Feature", "properties": properties, "geometry": {"type": "Point", "coordinates": list(at)}}
+
+
+def _edge(number: int, start: Numbered, end: Numbered) -> dict[str, object]:
+    properties = {"id": number, "startid": start[0], "endid": end[0]}
+    geometry = {"type": "MultiLineString", "coordinates": [[list(start[1]), list(end[1])]]}
+    return {"type": "Feature", "properties": properties, "geometry": geometry}
 
 
 def points(graph: Graph, edge: int, start: int) -> list[Point]:
