@@ -13,12 +13,15 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from PIL import Image
 
 from groma.cli import run
 from groma.detection import Detection
+from groma.exploration import Edge, Graph, Node
 from groma.io.link_recording import Recorder, read_messages
 from groma.io.network_recording import LIVE, open_network, write_network
+from groma.link.itinerary import Itinerary
 from groma.link.node import ROBOT
 from groma.link.protocol import Detections, Numbered, Odometry, Stop, data_key, encode
 from groma.link.sight import corners
@@ -103,6 +106,23 @@ def test_a_live_recording_holds_the_same_detections_as_files(
     assert keys(live) == keys(survey)
 
 
+def test_a_robot_is_led_through_the_building_by_what_its_cameras_saw(simulated: SimulatedNetwork) -> None:
+    names = tuple(camera.name for camera in simulated.scene.cameras)
+    nodes = tuple(Node((float(pose[0]), float(pose[1]))) for pose in simulated.cameras)
+    ways = tuple(Edge((i, (i + 1) % len(names))) for i in range(len(names)))
+    itinerary = Itinerary(Graph(nodes, ways, 0, names), names)
+    stops = {message.stop: message for message in sent(simulated) if isinstance(message, Stop)}
+    seen = [message for message in sent(simulated) if isinstance(message, Detections)]
+    legs = []
+    for number, stop in stops.items():
+        here = [message for message in seen if message.stop == number]
+        goes_on = replace(stop, standing=False, sequence=len(stops) + number)
+        legs += [leg for message in (*here, goes_on) if (leg := itinerary.take(message))]
+    assert [leg.to for leg in legs[:-1]] == [leg.start for leg in legs[1:]], "the drive is that of the ring"
+    assert {leg.start for leg in legs} == set(names)
+    assert legs[-1].sigma < legs[len(names) - 1].sigma
+
+
 def test_images_without_a_stop_are_left_out_and_counted(
     simulated: SimulatedNetwork, survey: Path, tmp_path: Path
 ) -> None:
@@ -156,6 +176,8 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
         (["node", "IMAGES", "--camera", "eye", "--target", "TARGET", "--key", "k.pem"], "all three"),
         (["node", "IMAGES", "--camera", "eye", "--target", "TARGET", "--endpoint", "0.0.0.0:1"], "TLS"),
         (["survey", "nowhere"], "no such folder"),
+        (["survey", "SETUP", "--building", "nowhere.yaml"], "nowhere.yaml"),
+        (["survey", "SETUP", "--building", "BUILDING"], "bears the name of a camera"),
     ],
 )
 def test_a_mistake_is_told_in_one_line(
@@ -163,7 +185,9 @@ def test_a_mistake_is_told_in_one_line(
 ) -> None:
     (tmp_path / "images").mkdir()
     Image.fromarray(np.zeros((4, 4), np.uint8)).save(tmp_path / "images" / "0.png")
+    (tmp_path / "hand.yaml").write_text("nodes:\n  dock: [0, 0]\n  hall: [8, 0]\nedges:\n  - [dock, hall]\n")
     places = {"IMAGES": str(tmp_path / "images"), "TARGET": str(survey / "target.toml")}
+    places |= {"SETUP": str(survey), "BUILDING": str(tmp_path / "hand.yaml")}
     journal = ["--journal", str(tmp_path / "journal")] if words[0] == "node" else []
     assert run(["cameras", *(places.get(word, word) for word in words), *journal]) == 2
     (line,) = capsys.readouterr().err.splitlines()

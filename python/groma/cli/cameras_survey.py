@@ -6,9 +6,10 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -19,11 +20,15 @@ from rich.table import Table
 
 from groma.cli.cameras_map import map_and_tell
 from groma.cli.link_options import Link, end_on_signal
+from groma.errors import UserError
+from groma.io.camera_graph import read_graph
 from groma.io.link_recording import Recorder
 from groma.io.network_recording import LIVE, open_network, open_setup
 from groma.io.recording import Recording, open_recording
 from groma.io.results import point_latest, result_directory, shown_command
+from groma.link.itinerary import Itinerary
 from groma.link.node import new_boot
+from groma.link.protocol import Numbered
 from groma.link.robot import Robot
 from groma.link.session import connect, listen
 from groma.link.survey import Peer, Survey
@@ -40,6 +45,7 @@ def survey(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     drive: Path | None = None,
+    building: Path | None = None,
     link: Annotated[Link, Parameter(name="*")] = Link(),  # noqa: B008
 ) -> None:
     """Survey a building's cameras live: announce stops, collect what the cameras saw, record, and map at Ctrl-C.
@@ -56,17 +62,21 @@ def survey(
     drive
         A recording whose odometry is played as the robot's, in its own time; the survey ends when it ends. Without it
         the robot publishes its odometry (docs/reference/camera_protocol.md).
+    building
+        The building, a yaml file whose places bear the names of the cameras (docs/reference/camera_graph.md): tell at
+        each camera which one to drive to next.
     link
         Where to meet.
     """
-    open_setup(setup)
+    known = open_setup(setup)
+    itinerary = None if building is None else _itinerary(building, [camera.name for camera in known.cameras])
     played = None if drive is None else open_recording(drive)
     directory = result_directory(output, datetime.now().astimezone())
     recorded = directory / "survey"
     _copy_setup(setup, recorded)
     end = end_on_signal()
     with _recorder(recorded / LIVE) as recorder, listen(link.endpoint, link.keys) as session:
-        collecting = Survey(session, link.site, new_boot(), recorder, report=_tell)
+        collecting = Survey(session, link.site, new_boot(), recorder, partial(_lead, itinerary), report=_tell)
         if played is not None:
             threading.Thread(target=_play, args=(played, link, end), daemon=True).start()
         thread = threading.Thread(target=_watch, args=(collecting, end), daemon=True)
@@ -78,6 +88,21 @@ def survey(
         point_latest(directory)
     command = shown_command(["cameras", "map", recorded.name])
     map_and_tell(directory, open_network(recorded), network_defaults(), command)
+
+
+def _itinerary(building: Path, cameras: Sequence[str]) -> Itinerary:
+    graph = read_graph(building)
+    try:
+        return Itinerary(graph, cameras)
+    except UserError as error:
+        raise UserError(f"{building}: {error}") from error
+
+
+def _lead(itinerary: Itinerary | None, message: Numbered) -> None:
+    """Tell which camera to drive to next when the robot has come to one."""
+    leg = itinerary.take(message) if itinerary else None
+    if leg is not None:
+        _tell(str(leg))
 
 
 def _copy_setup(setup: Path, recorded: Path) -> None:
