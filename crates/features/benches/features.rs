@@ -7,7 +7,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
 use groma_features::glarot::{self, Index, Signature};
-use groma_features::{Keypoint, falko, oc};
+use groma_features::{Keypoint, Surroundings, falko, oc};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Rotation2, Vector2};
 use std::hint::black_box;
@@ -78,11 +78,11 @@ fn descriptors(c: &mut Criterion) {
     let around: Vec<Vector2<f64>> = hits.iter().filter(near).map(|h| h.1).collect();
     c.bench_function("bsc and cgh of a keypoint, 30 points", |b| {
         b.iter(|| {
-            let points = || black_box(&around).iter().copied();
-            (Bsc::describe(points(), &k, k.radius), Cgh::describe(points(), &k, k.radius))
+            let around = Surroundings::of(black_box(&around).iter().copied(), &k, k.radius);
+            (Bsc::of(&around), Cgh::of(&around))
         });
     });
-    let bsc = Bsc::describe(around.iter().copied(), &k, k.radius);
+    let bsc = Bsc::of(&Surroundings::of(around.iter().copied(), &k, k.radius));
     c.bench_function("bsc distance", |b| b.iter(|| black_box(&bsc).distance(black_box(&bsc))));
 }
 
@@ -105,7 +105,7 @@ fn signatures(c: &mut Criterion) {
     c.bench_function("glarot distance", |b| b.iter(|| black_box(&all[0]).distance(black_box(&all[1]))));
     let mut index = Index::new();
     for signature in &all {
-        index.add(signature.clone());
+        index.add(signature);
     }
     let query = of(&seen_again(331));
     assert_eq!(index.query(&query, 10, |_| true)[0].index, 331);

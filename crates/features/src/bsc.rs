@@ -1,21 +1,14 @@
 //! BSC, binary shape context: which cells of a polar grid around a keypoint hold points of the scan.
 //!
 //! ```text
-//! ring   = floor(8 d / r),  8 at d = r counts as 7      sector = floor(16 arg(R(-theta) (p - k)) / 2 pi)
 //! bit (ring, sector) = any point falls in it            distance = number of bits that differ
 //! ```
 //!
-//! for keypoint k with orientation theta and points p at distance d <= r. The points are turned by the orientation
-//! before they are binned, so the descriptor turns with the scan exactly, not by whole sectors.
+//! over the 8 rings and 16 sectors of [`Surroundings`], which turn with the keypoint.
 //!
 //! Source: Kallasi, Rizzini, Caselli, RA-L 2016; after the shape context of Belongie, Malik, Puzicha, PAMI 2002.
 
-use crate::Keypoint;
-use crate::surroundings::around;
-use nalgebra::Vector2;
-
-const RINGS: usize = 8;
-const SECTORS: usize = 16;
+use crate::Surroundings;
 
 /// The 8 x 16 cells, a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,13 +17,10 @@ pub struct Bsc {
 }
 
 impl Bsc {
-    /// Describe a keypoint by the scan's points (without its own) within `radius` [m].
+    /// The descriptor of a keypoint with these surroundings.
     #[must_use]
-    pub fn describe(points: impl IntoIterator<Item = Vector2<f64>>, keypoint: &Keypoint, radius: f64) -> Self {
-        let cell = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
-        let bit = |ring, sector| 1_u128 << (ring * SECTORS + sector);
-        let bits = around(points, keypoint, radius).map(|p| bit(cell(p.share, RINGS), cell(p.turn, SECTORS)));
-        Self { cells: bits.fold(0, |all, bit| all | bit) }
+    pub fn of(around: &Surroundings) -> Self {
+        Self { cells: around.cells }
     }
 
     /// Cells that one has and the other has not, 0 to 128.
@@ -51,13 +41,14 @@ mod tests {
     use super::*;
     use crate::surroundings::test_scene::{corner, moved};
     use groma_geometry::Se2;
+    use nalgebra::Vector2;
 
     #[test]
     fn bins_by_ring_and_sector() {
         let (keypoint, _) = corner();
         let at = |d: f64, angle: f64| keypoint.point + Vector2::new(angle.cos(), angle.sin()) * d;
         let theta = keypoint.orientation;
-        let of = |points: &[Vector2<f64>]| Bsc::describe(points.iter().copied(), &keypoint, 0.8).cells;
+        let of = |points: &[Vector2<f64>]| Bsc::of(&Surroundings::of(points.iter().copied(), &keypoint, 0.8)).cells;
         assert_eq!(of(&[at(0.05, theta + 0.1)]), 1);
         assert_eq!(of(&[at(0.05, theta - 0.1)]), 1 << 15);
         assert_eq!(of(&[at(0.15, theta + 0.5)]), 1 << 17);
@@ -68,12 +59,12 @@ mod tests {
     #[test]
     fn turns_with_the_scan() {
         let (keypoint, points) = corner();
-        let before = Bsc::describe(points.clone(), &keypoint, 0.4);
+        let before = Bsc::of(&Surroundings::of(points.clone(), &keypoint, 0.4));
         assert!(before.cells.count_ones() > 6);
         for k in 0..50 {
             let motion = Se2::new(0.3 * f64::from(k), -2.0, 0.37 * f64::from(k));
             let (keypoint, points) = moved(&keypoint, &points, &motion);
-            assert_eq!(Bsc::describe(points, &keypoint, 0.4), before);
+            assert_eq!(Bsc::of(&Surroundings::of(points, &keypoint, 0.4)), before);
         }
     }
 

@@ -26,3 +26,4 @@ mod test_noise;
 pub use keypoint::Keypoint;
 pub use options::{InvalidOption, require};
 pub use rigid_fit::{RigidFit, rigid_fit};
+pub use surroundings::Surroundings;

@@ -74,7 +74,7 @@ impl Closer {
             (Some(last), Some((step, _))) => *last * step,
             _ => map.anchor,
         };
-        self.index.add(map.signature.clone());
+        self.index.add(&map.signature);
         self.maps.push(map);
         self.poses.push(pose);
     }

@@ -4,9 +4,10 @@ use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
 use groma_features::reflector::{self, Reflector};
-use groma_features::{Keypoint, falko, glarot, oc, rigid_fit};
+use groma_features::{Keypoint, Surroundings, falko, glarot, oc, rigid_fit};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Matrix2, Matrix3, Vector2};
+use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -88,8 +89,8 @@ fn bsc_describe<'py>(
     indices: PyReadonlyArray1<'py, i64>,
     poses: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<u8>>> {
-    let described = describe(&ranges, beams, &indices, &poses, |points, k| Bsc::describe(points, k, k.radius))?;
-    Ok(PyArray1::from_iter(py, described.into_iter().flat_map(Bsc::to_bytes)))
+    let around = surroundings(&ranges, beams, &indices, &poses)?;
+    Ok(PyArray1::from_iter(py, around.iter().flat_map(|a| Bsc::of(a).to_bytes())))
 }
 
 /// CGH descriptors of the keypoints of a scan, 16 shares each.
@@ -101,8 +102,8 @@ fn cgh_describe<'py>(
     indices: PyReadonlyArray1<'py, i64>,
     poses: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f32>>> {
-    let described = describe(&ranges, beams, &indices, &poses, |points, k| Cgh::describe(points, k, k.radius))?;
-    Ok(PyArray1::from_iter(py, described.iter().flat_map(|c| *c.shares())))
+    let around = surroundings(&ranges, beams, &indices, &poses)?;
+    Ok(PyArray1::from_iter(py, around.iter().flat_map(|a| *Cgh::of(a).shares())))
 }
 
 /// The signature of a set of landmarks.
@@ -142,7 +143,7 @@ impl GlarotIndex {
     }
 
     fn add(&mut self, signature: &GlarotSignature) -> usize {
-        self.0.add(signature.0.clone())
+        self.0.add(&signature.0)
     }
 
     fn __len__(&self) -> usize {
@@ -258,31 +259,23 @@ fn motion(found: Hypothesis) -> Motion {
     (found.transform.to_vector().into(), found.pairs, rows(&found.covariance), found.rms)
 }
 
-/// `describe` of every keypoint, with the points of the scan but its own.
-fn describe<T>(
+/// What is around every keypoint: the points of the scan but its own.
+fn surroundings(
     ranges: &PyReadonlyArray1<'_, f64>,
     beams: Beams,
     indices: &PyReadonlyArray1<'_, i64>,
     poses: &PyReadonlyArray2<'_, f64>,
-    describe: impl Fn(Vec<Vector2<f64>>, &Keypoint) -> T,
-) -> PyResult<Vec<T>> {
-    let scan = LaserScan {
-        stamp: 0.0,
-        geometry: geometry(beams),
-        ranges: ranges.as_slice()?.to_vec(),
-        intensities: Vec::new(),
+) -> PyResult<Vec<Surroundings>> {
+    let ranges = ranges.as_slice()?.to_vec();
+    let scan = LaserScan { stamp: 0.0, geometry: geometry(beams), ranges, intensities: Vec::new() };
+    let hits: Vec<(usize, Vector2<f64>)> = scan.hits().collect();
+    let around = |(pose, &index): (ArrayView1<'_, f64>, &i64)| {
+        let (point, covariance) = (Vector2::new(pose[0], pose[1]), Matrix2::zeros());
+        let keypoint = Keypoint { index: index as usize, point, orientation: pose[2], radius: pose[3], covariance };
+        let others = hits.iter().filter(|(i, _)| *i != keypoint.index).map(|(_, p)| *p);
+        Surroundings::of(others, &keypoint, keypoint.radius)
     };
-    let others = |index: usize| scan.hits().filter(|(i, _)| *i != index).map(|(_, p)| p).collect();
-    let indices = indices.as_array();
-    let keypoints = poses.as_array();
-    let keypoints = keypoints.outer_iter().zip(&indices).map(|(pose, &index)| Keypoint {
-        index: index as usize,
-        point: Vector2::new(pose[0], pose[1]),
-        orientation: pose[2],
-        radius: pose[3],
-        covariance: Matrix2::zeros(),
-    });
-    Ok(keypoints.map(|k| describe(others(k.index), &k)).collect())
+    Ok(poses.as_array().outer_iter().zip(&indices.as_array()).map(around).collect())
 }
 
 /// Add the functions and classes to the module.

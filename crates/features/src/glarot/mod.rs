@@ -17,7 +17,9 @@
 //! Sums are of integers, so the order of the landmarks does not matter, to the last bit. Pairs beyond `rho_max` do not
 //! count. Landmarks are not weighted and their kind is not looked at.
 
+mod difference;
 mod glare;
+mod halves;
 mod index;
 mod kernel;
 mod options;

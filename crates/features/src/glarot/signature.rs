@@ -1,8 +1,11 @@
 //! One signature, and how far two are apart.
 
 use super::Options;
+use super::difference::{Line, l1, lines, to_lines};
+use super::halves::words;
 use super::kernel::{Circular, Linear};
 use nalgebra::Vector2;
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
 
 /// Sum of the bins of a signature, at most: two of them still fit a `u16`, so that a distance cannot overflow.
@@ -11,12 +14,16 @@ const FULL: f64 = 32767.0;
 /// The histogram of the pairs of a set of landmarks, in whole parts of about 1/32767.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
-    n_theta: usize,
-    n_rho: usize,
+    pub(super) n_theta: usize,
+    pub(super) n_rho: usize,
     /// Rows of equal direction, `n_rho` bins each.
-    bins: Vec<u16>,
+    pub(super) bins: Vec<Line>,
+    /// The same in half the bins.
+    pub(super) halves: Vec<u64>,
     /// Sums over the directions: they do not change when the set is turned.
-    marginal: Vec<u16>,
+    pub(super) marginal: Vec<Line>,
+    /// Whether no pair counted.
+    empty: bool,
 }
 
 impl Signature {
@@ -31,8 +38,15 @@ impl Signature {
         // Rounding adds at most half a part a bin.
         let scale = (FULL - 0.5 * sums.len() as f64) / total.max(1.0);
         let bins: Vec<u16> = sums.iter().map(|&s| (s * scale).round() as u16).collect();
-        let marginal = (0..n_rho).map(|r| bins.iter().skip(r).step_by(n_rho).sum()).collect();
-        Self { n_theta, n_rho, bins, marginal }
+        let marginal: Vec<u16> = (0..n_rho).map(|r| bins.iter().skip(r).step_by(n_rho).sum()).collect();
+        Self {
+            n_theta,
+            n_rho,
+            bins: to_lines(&bins, n_rho),
+            halves: words(&bins, n_rho),
+            marginal: to_lines(&marginal, n_rho),
+            empty: total == 0.0,
+        }
     }
 
     /// Distance to another signature, 0 to 1, and the rotation that takes the points of self onto those of other [rad],
@@ -41,40 +55,19 @@ impl Signature {
     /// Signatures made with other bins, or empty ones, are at distance 1.
     #[must_use]
     pub fn distance(&self, other: &Self) -> (f64, f64) {
-        let (l1, shift) = self.best_shift(other);
-        (share(l1), self.rotation(other, shift))
+        let (l1, rotation) = self.compare(other);
+        (share(l1), rotation)
     }
 
     /// Whether no pair counted.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.marginal.iter().all(|&m| m == 0)
+        self.empty
     }
 
-    /// Least sum of absolute differences over all shifts of the directions, and the shift.
-    pub(super) fn best_shift(&self, other: &Self) -> (u16, usize) {
-        if !self.is_comparable(other) {
-            return (u16::MAX, 0);
-        }
-        (0..self.n_theta).map(|shift| (self.at_shift(other, shift), shift)).min().unwrap_or((u16::MAX, 0))
-    }
-
-    /// A bound of the distance from below, whatever the shift.
-    pub(super) fn bound(&self, other: &Self) -> u16 {
-        if self.is_comparable(other) { l1(&self.marginal, &other.marginal) } else { u16::MAX }
-    }
-
-    /// The rotation that goes with the best shift, refined by a parabola through its neighbours.
-    pub(super) fn rotation(&self, other: &Self, shift: usize) -> f64 {
-        if !self.is_comparable(other) {
-            return 0.0;
-        }
-        let n = self.n_theta;
-        let at = |s: usize| f64::from(self.at_shift(other, s % n));
-        let (before, here, after) = (at(shift + n - 1), at(shift), at(shift + 1));
-        let curvature = before - 2.0 * here + after;
-        let offset = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
-        ((shift as f64 + offset) * PI / n as f64).rem_euclid(PI)
+    /// Least sum of absolute differences over all shifts of the directions, and the rotation that goes with it.
+    pub(super) fn compare(&self, other: &Self) -> (u16, f64) {
+        if self.is_comparable(other) { Arch::new().dispatch(Compare(self, other)) } else { (u16::MAX, 0.0) }
     }
 
     /// Whether both have pairs, over the same bins.
@@ -84,20 +77,45 @@ impl Signature {
     }
 
     /// Sum of absolute differences at one shift.
+    #[inline(always)]
     pub(super) fn at_shift(&self, other: &Self, shift: usize) -> u16 {
-        let cut = shift * self.n_rho;
+        let cut = shift * lines(self.n_rho);
         let (low, high) = self.bins.split_at(self.bins.len() - cut);
         l1(low, &other.bins[cut..]) + l1(high, &other.bins[..cut])
     }
 }
 
+/// The search over all shifts, compiled for each instruction set.
+struct Compare<'a>(&'a Signature, &'a Signature);
+
+impl WithSimd for Compare<'_> {
+    type Output = (u16, f64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (u16, f64) {
+        let Self(a, b) = self;
+        let n = a.n_theta;
+        let mut best = (u16::MAX, 0);
+        for shift in 0..n {
+            best = best.min((a.at_shift(b, shift), shift));
+        }
+        let (here, shift) = best;
+        let (before, after) = (a.at_shift(b, (shift + n - 1) % n), a.at_shift(b, (shift + 1) % n));
+        (here, rotation(n, shift, [before, here, after]))
+    }
+}
+
+/// The rotation that goes with the best shift of `n_theta`, refined by a parabola through the differences before, at and after it.
+pub(super) fn rotation(n_theta: usize, shift: usize, differences: [u16; 3]) -> f64 {
+    let [before, here, after] = differences.map(f64::from);
+    let curvature = before - 2.0 * here + after;
+    let offset = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
+    ((shift as f64 + offset) * PI / n_theta as f64).rem_euclid(PI)
+}
+
 /// Share of the pairs that differ.
 pub(super) fn share(l1: u16) -> f64 {
     (0.5 * f64::from(l1) / FULL).min(1.0)
-}
-
-fn l1(a: &[u16], b: &[u16]) -> u16 {
-    a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).sum()
 }
 
 /// Sums of the kernel over all pairs.
@@ -167,8 +185,8 @@ mod tests {
         fn is_a_symmetric_distance(p in points(), q in points()) {
             let (p, q) = (Signature::from_points(&p, &Options::default()), Signature::from_points(&q, &Options::default()));
             prop_assert_eq!(p.distance(&p).0, 0.0);
-            prop_assert_eq!(p.best_shift(&q).0, q.best_shift(&p).0);
-            prop_assert!(p.bound(&q) <= p.best_shift(&q).0);
+            prop_assert_eq!(p.compare(&q).0, q.compare(&p).0);
+            prop_assert!(l1(&p.marginal, &q.marginal) <= p.compare(&q).0);
         }
 
         #[test]

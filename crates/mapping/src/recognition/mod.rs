@@ -159,7 +159,7 @@ impl Recognizer {
         self.maps = stretches.par_iter().map(of).collect();
         self.index = Index::new();
         for map in &self.maps {
-            self.index.add(map.signature.clone());
+            self.index.add(&map.signature);
         }
     }
 
