@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import Literal, TypedDict
 
 
 class FalkoOptions(TypedDict, total=False):
@@ -22,10 +22,16 @@ class FalkoOptions(TypedDict, total=False):
     """Radius over the least base and height of the corner's triangle."""
     sectors: int
     """Sectors of the ring on which the score is counted, even."""
+    definition: Literal["normalised", "published"]
+    """How scored beams become corners: the score over its maximum, one threshold for all scans and one corner a
+    neighbourhood, or as published, by the sum, relative to the worst of the scan, in a search along the beams."""
+    threshold: float
+    """Score that a corner must stay below, of the normalised definition."""
     threshold_percent: int
-    """Share of the worst score of the scan by which a corner must be better."""
+    """Share of the worst score of the scan by which a corner must be better, of the published definition."""
     suppression_radius: float
-    """Radius within which only the best corner stays [m]."""
+    """Radius within which only the best corner stays, of the published definition [m]; of the normalised one it is that
+    of the neighbourhood."""
     sub_beam: bool
     """Whether the corner is placed between the beams, where its two lines meet."""
     range_noise: float

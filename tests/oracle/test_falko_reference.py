@@ -10,6 +10,7 @@ import gzip
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def test_keypoints_equal_the_reference(shared: Path, name: str, a: float) -> Non
     assert len(scans) == len(reference) == SCANS[name]
     beams = reference[0]["angle_min"], reference[0]["angle_increment"]
     geometry = BeamGeometry(*beams, time_increment=0, range_min=0, range_max=np.inf)
-    for found, line in zip(features.falko_batch(scans, geometry, a=a), reference, strict=True):
+    for found, line in zip(features.falko_batch(scans, geometry, a=a, definition="published"), reference, strict=True):
         expected = np.array(line["keypoints"]).reshape(-1, 5)
         np.testing.assert_array_equal(found.index, expected[:, 0], err_msg=f"scan {line['scan']}")
         np.testing.assert_allclose(found.point, expected[:, 1:3], rtol=0, atol=ROUNDING)
@@ -53,13 +54,16 @@ def test_keypoints_equal_the_reference(shared: Path, name: str, a: float) -> Non
         np.testing.assert_allclose(found.radius, expected[:, 4], rtol=0, atol=ROUNDING)
 
 
+@pytest.mark.parametrize("definition", ["published", "normalised"])
 @pytest.mark.parametrize("name", LOGS)
-def test_turning_or_mirroring_the_scanner_keeps_the_keypoints(shared: Path, name: str) -> None:
+def test_turning_or_mirroring_the_scanner_keeps_the_keypoints(
+    shared: Path, name: str, definition: Literal["published", "normalised"]
+) -> None:
     scans = list(readings(shared / "data" / LOGS[name]))
     step = np.pi / (len(scans[0]) - len(scans[0]) % 2)
 
     def found(angle_min: float, increment: float) -> list[features.Keypoints]:
-        return features.falko_batch(scans, BeamGeometry(angle_min, increment, 0, 0, np.inf))
+        return features.falko_batch(scans, BeamGeometry(angle_min, increment, 0, 0, np.inf), definition=definition)
 
     before = found(-np.pi / 2, step)
     for angle in (0.7, 3.0, 2 * np.pi, -5.3):

@@ -8,13 +8,13 @@
 //! noise:    s_k^2 = max( (sigma n_k . e)^2 , smaller eigenvalue of the scatter / (N_k - 2) ),  e the beam direction
 //! line at the corner:   v_k = s_k^2 (1/N_k + t_k^2 / S_k),   t_k = u_k . (x - c_k),  S_k the larger eigenvalue
 //! shared point:         v_12 = w_1 w_2 s_1 s_2 sign(n_1.e n_2.e),  w_k = 1/N_k + t_k (u_k . (p_i - c_k)) / S_k
-//! corner:   Cov = A^-1 [[v_1, v_12], [v_12, v_2]] A^-T + (g^2 + h^2) I,   g = rho d / 8,   h = 4 s^2 / r
+//! corner:   Cov = A^-1 [[v_1, v_12], [v_12, v_2]] A^-T + (g^2 + h^2) I,   g = rho d / 8,   h = 5 s^2 / r
 //! ```
 //!
 //! The first term is first order in the noise, for arms whose points are rightly told apart. They are not quite: the
 //! corner lies somewhere between two beams and its own point is put into both lines (g), and noise makes another beam
 //! than the nearest the peak, so that points of one arm, over a length of the order of the noise, are fitted with the
-//! other (h, second order; s the larger of sigma and s_k). The factors 1/8 and 4 are from simulated corners of 70 to 140
+//! other (h, second order; s the larger of sigma and s_k). The factors 1/8 and 5 are from simulated corners of 70 to 140
 //! degrees, 1 to 6 m away, of 0.3 and 1 degree and 1 to 30 mm noise; the tests hold the coverage there.
 //!
 //! The corner is the beam's own point where the lines are parallel (`|det A| <= 1e-7`) or meet 0.2 m away or more; its
@@ -82,7 +82,7 @@ fn lines(a: &Line, b: &Line, x: Vector2<f64>, sigma: f64) -> Matrix2<f64> {
 fn confusion(a: &Line, b: &Line, resolution: &Resolution) -> f64 {
     let &Resolution { sigma, spacing, radius } = resolution;
     let noise = sigma.max(a.noise(sigma)).max(b.noise(sigma));
-    (spacing / 8.0).powi(2) + (4.0 * noise * noise / radius).powi(2)
+    (spacing / 8.0).powi(2) + (5.0 * noise * noise / radius).powi(2)
 }
 
 /// Cosine and sine of half the angle of `(x, y)`, which has the length `length`; of angle 0 where that is 0.

@@ -3,9 +3,10 @@
 use super::corner::{Corner, Resolution, locate, on_beam};
 use super::layout::{Layout, PaddedRanges};
 use super::neighbourhood::{Arms, LANES};
-use super::options::Options;
+use super::options::{Definition, Options};
 use super::radius::fill;
 use super::score::Ring;
+use super::selection::{Ranked, Selection};
 use super::suppression::{Candidate, Search};
 use super::sweep::{Sweep, Triangle};
 use crate::Keypoint;
@@ -52,6 +53,7 @@ struct Workspace {
     triangles: Vec<Triangle>,
     scored: Vec<Scored>,
     candidates: Vec<Candidate>,
+    ranked: Vec<Ranked>,
     peaks: Vec<usize>,
 }
 
@@ -60,6 +62,10 @@ struct Workspace {
 struct Scored {
     index: usize,
     score: u64,
+    /// Pairs of points of one arm.
+    pairs: u64,
+    /// Height of the triangle over the radius, squared.
+    height_sq: f64,
     radius: f64,
     reach: usize,
 }
@@ -79,10 +85,27 @@ impl Detector {
         out.clear();
         let Self { geometry, options, layout, ring, work, arch, .. } = self;
         arch.dispatch(Find { ranges, geometry, options, layout, ring, work });
-        self.suppress();
+        match self.options.definition {
+            Definition::Normalised => self.select(),
+            Definition::Published => self.suppress(),
+        }
         for k in 0..self.work.peaks.len() {
             out.push(self.keypoint(self.work.peaks[k]));
         }
+    }
+
+    /// Keep the best by the score over its maximum.
+    fn select(&mut self) {
+        let Workspace { ranges, scored, ranked, peaks, .. } = &mut self.work;
+        let Options { sectors, threshold, .. } = self.options;
+        let rank = |s: &Scored| {
+            let most = s.pairs * u64::from(sectors / 2);
+            let score = s.score as f64 / most.max(1) as f64;
+            Ranked { index: s.index, score, height_sq: s.height_sq, radius: s.radius }
+        };
+        ranked.clear();
+        ranked.extend(scored.iter().map(rank));
+        Selection { ranges, layout: &self.layout, threshold }.corners(ranked, peaks);
     }
 
     /// Turn scores into qualities and keep the peaks.
@@ -157,7 +180,8 @@ impl Workspace {
             self.arms.gather(&self.ranges, index, radius, reach, layout);
             if self.arms.left.len().min(self.arms.right.len()) >= options.min_side_points {
                 let score = ring.score(&self.arms, self.arms.opening());
-                self.scored.push(Scored { index, score, radius, reach });
+                let (pairs, height_sq) = (self.arms.pairs(), self.arms.height_sq() / (radius * radius));
+                self.scored.push(Scored { index, score, pairs, height_sq, radius, reach });
             }
         }
     }
@@ -190,14 +214,17 @@ mod tests {
                 range_min: 0.05,
                 range_max: 30.0,
             };
-            let (mut fast, mut found) = (Detector::new(geometry, beams, Options::default()), Vec::new());
-            let (mut plain, mut expected) = (Detector { arch: Arch::Scalar, ..fast.clone() }, Vec::new());
-            for seed in 0..40 {
-                let ranges = scan(beams, geometry.angle_increment, seed);
-                fast.detect(&ranges, &mut found);
-                plain.detect(&ranges, &mut expected);
-                assert_eq!(found, expected);
-                assert!(beams < 10 || !found.is_empty());
+            for definition in [Definition::Normalised, Definition::Published] {
+                let options = Options { definition, ..Options::default() };
+                let (mut fast, mut found) = (Detector::new(geometry, beams, options), Vec::new());
+                let (mut plain, mut expected) = (Detector { arch: Arch::Scalar, ..fast.clone() }, Vec::new());
+                for seed in 0..40 {
+                    let ranges = scan(beams, geometry.angle_increment, seed);
+                    fast.detect(&ranges, &mut found);
+                    plain.detect(&ranges, &mut expected);
+                    assert_eq!(found, expected);
+                    assert!(beams < 10 || !found.is_empty());
+                }
             }
         }
     }

@@ -53,6 +53,19 @@ impl Arm {
         (&self.x[..self.points], &self.y[..self.points])
     }
 
+    /// Pairs of points.
+    #[inline(always)]
+    fn pairs(&self) -> u64 {
+        (self.points * self.points.saturating_sub(1) / 2) as u64
+    }
+
+    /// The farthest point by index; the origin where there is none.
+    #[inline(always)]
+    fn last(&self) -> Vector2<f64> {
+        let (x, y) = self.points();
+        Vector2::new(x.last().copied().unwrap_or(0.0), y.last().copied().unwrap_or(0.0))
+    }
+
     /// Mean of the points.
     #[inline(always)]
     pub fn mean(&self) -> Vector2<f64> {
@@ -102,6 +115,20 @@ impl Arms {
             self.right.offer(right * cos[k] - rho, right * sin[k], is_near(right, twice_along, slack));
             self.left.offer(left * cos[k] - rho, -(left * sin[k]), is_near(left, twice_along, slack));
         }
+    }
+
+    /// Pairs of points of one arm.
+    #[inline(always)]
+    pub fn pairs(&self) -> u64 {
+        self.left.pairs() + self.right.pairs()
+    }
+
+    /// Squared height of the beam's own point over the line through the first and the last neighbour [m^2].
+    #[inline(always)]
+    pub fn height_sq(&self) -> f64 {
+        let (first, last) = (self.left.last(), self.right.last());
+        let twice_area = first.perp(&last);
+        twice_area * twice_area / (last - first).norm_squared()
     }
 
     /// Direction into which the corner opens, not normalised.

@@ -3,7 +3,17 @@
 use crate::options::{InvalidOption, require};
 use serde::{Deserialize, Serialize};
 
-/// Settings of FALKO; the default is the published definition with a radius law that suits 0.25 to 1 degree scanners.
+/// How scored beams become corners.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Definition {
+    /// Score over its maximum, threshold the same for all scans, one corner a neighbourhood.
+    Normalised,
+    /// As published: the sum, a threshold relative to the worst of the scan, a search along the beams.
+    Published,
+}
+
+/// Settings of FALKO; the default suits 0.25 to 1 degree scanners.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
@@ -21,9 +31,14 @@ pub struct Options {
     pub beta: f64,
     /// Sectors of the ring on which the score is counted, even.
     pub sectors: u32,
-    /// Share of the worst score of the scan by which a corner must be better [percent].
+    /// How scored beams become corners.
+    pub definition: Definition,
+    /// Score that a corner must stay below, of the normalised definition.
+    pub threshold: f64,
+    /// Share of the worst score of the scan by which a corner must be better, of the published definition [percent].
     pub threshold_percent: u32,
-    /// Radius within which only the best corner stays [m].
+    /// Radius within which only the best corner stays, of the published definition [m]; of the normalised one it is that of the
+    /// neighbourhood.
     pub suppression_radius: f64,
     /// Whether the corner is placed between the beams, where its two lines meet.
     pub sub_beam: bool,
@@ -41,6 +56,8 @@ impl Default for Options {
             min_side_points: 2,
             beta: 2.5,
             sectors: 16,
+            definition: Definition::Normalised,
+            threshold: 0.15,
             threshold_percent: 50,
             suppression_radius: 0.1,
             sub_beam: true,
@@ -65,6 +82,7 @@ impl Options {
         require(self.beta >= 1.0 && self.beta.is_finite(), "beta", self.beta, "1 or more")?;
         let even = self.sectors >= 2 && self.sectors.is_multiple_of(2) && self.sectors <= 360;
         require(even, "sectors", f64::from(self.sectors), "even, 2 to 360")?;
+        require(self.threshold > 0.0 && self.threshold <= 1.0, "threshold", self.threshold, "above 0, to 1")?;
         let percent = self.threshold_percent;
         require(percent <= 100, "threshold_percent", f64::from(percent), "0 to 100")?;
         let radius = self.suppression_radius;

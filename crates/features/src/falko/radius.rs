@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn a_beam_that_cannot_be_a_corner_has_none() {
-        let options = Options::default();
+        let options = Options { a: 0.2, ..Options::default() };
         let rho = [0.01, f64::NAN, 0.1, 1.0, 31.0, f64::INFINITY, 29.0, 0.05];
         let mut radii = Vec::new();
         fill(&mut radii, &rho, &options);
