@@ -218,6 +218,7 @@ def plan_camera(
     along: Sequence[tuple[float, float, float]] | None = None,
     covariance: Array | None = None,
     seen: Sequence[Detection] = (),
+    start_seen: bool = False,
 ) -> CameraPlan:
     """Find the drives that make projections as certain as asked, each the best for what it costs.
 
@@ -235,6 +236,8 @@ def plan_camera(
         (n, n) of the camera's parameters, when it was calibrated before; without it they are taken as nominal.
     seen
         What this camera saw of the panels since.
+    start_seen
+        Whether what it sees from the start is in `seen`: it then counts once.
 
     Raises
     ------
@@ -242,7 +245,7 @@ def plan_camera(
         When a number is out of range, or the robot starts where it may not be.
     """
     rows = None if covariance is None else np.asarray(covariance).tolist()
-    known = _json({"covariance": rows, "views": [len(d.corners) for d in seen]})
+    known = _json({"covariance": rows, "views": [len(d.corners) for d in seen], "is_seen": start_seen})
     points, pixels, sigmas = flat_corners(stage.target, seen)
     request, poses = (_json(stage), start), None if along is None else [(x, y, theta) for x, y, theta in along]
     for pose in (start, *(poses or ())):

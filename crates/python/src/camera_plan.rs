@@ -6,7 +6,7 @@ use groma_calibration::camera::Sighting;
 use groma_geometry::{Se2, Se3, So3};
 use groma_models::{Camera, Target};
 use groma_planning::camera::{
-    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Sitting, Stage, Tries, mount, next_best,
+    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Sitting, Stage, Start, Tries, mount, next_best,
     nominal_camera, ranking, study, trials, upright_panels,
 };
 use groma_planning::exploration::Noise;
@@ -58,6 +58,7 @@ impl StageSpec {
 struct Known {
     covariance: Option<Vec<Vec<f64>>>,
     views: Vec<usize>,
+    is_seen: bool,
 }
 
 /// Search, trials, nominal camera, target, noise of corners.
@@ -77,8 +78,8 @@ fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
     Ok([t.x, t.y, t.z, q.i, q.j, q.k, q.w])
 }
 
-/// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, and the
-/// number of corners of each panel seen; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
+/// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, the
+/// number of corners of each panel seen, and whether what is seen from the start is among them; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn camera_plan(
@@ -95,13 +96,14 @@ fn camera_plan(
     let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
     search.validate().map_err(invalid)?;
     let seen = sightings(&points, &pixels, &sigmas);
-    let before = knowledge(&stage.camera, parse(known)?, &seen)?;
-    let pose = |p: (f64, f64, f64)| Se2::new(p.0, p.1, p.2);
+    let known: Known = parse(known)?;
+    let start = Start { pose: pose(start), is_seen: known.is_seen };
+    let before = knowledge(&stage.camera, known, &seen)?;
     let plan = py.detach(|| match poses {
-        None => next_best(&stage, before.clone(), pose(start), &search),
+        None => next_best(&stage, before.clone(), start, &search),
         Some(poses) => {
             let poses: Vec<Se2> = poses.into_iter().map(pose).collect();
-            Ok(Plan::along(&stage, before.clone(), pose(start), &poses))
+            Ok(Plan::along(&stage, before.clone(), start, &poses))
         }
     });
     let plan = plan.map_err(invalid)?;
@@ -140,6 +142,10 @@ fn camera_study(py: Python<'_>, sitting: &str, tries: &str) -> PyResult<String> 
     let (sitting, tries) = (parse::<Sitting>(sitting)?, parse::<Tries>(tries)?);
     let found = py.detach(|| study(&sitting, &tries)).map_err(invalid)?;
     serde_json::to_string(&found).map_err(invalid)
+}
+
+fn pose(p: (f64, f64, f64)) -> Se2 {
+    Se2::new(p.0, p.1, p.2)
 }
 
 fn knowledge(camera: &Camera, known: Known, seen: &[Sighting]) -> PyResult<Knowledge> {

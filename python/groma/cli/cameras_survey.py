@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import queue
 import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -23,9 +23,10 @@ from groma.cli.link_options import Link, end_on_signal
 from groma.errors import UserError
 from groma.io.camera_graph import read_graph
 from groma.io.link_recording import Recorder
-from groma.io.network_recording import LIVE, open_network, open_setup
+from groma.io.network_recording import LIVE, NetworkRecording, open_network, open_setup
 from groma.io.recording import Recording, open_recording
 from groma.io.results import point_latest, result_directory, shown_command
+from groma.link.guide import Advice, Guide, aim
 from groma.link.itinerary import Itinerary
 from groma.link.node import new_boot
 from groma.link.protocol import Numbered
@@ -34,6 +35,11 @@ from groma.link.session import connect, listen
 from groma.link.survey import Peer, Survey
 from groma.models import Odometry
 from groma.network import network_defaults
+from groma.report.camera_plan_report import instruction
+from groma.report.words import pixels
+
+Leader = Callable[[Numbered], str | None]
+"""Takes each new message; returns a line for the driver now and then."""
 
 _PERIOD = 0.5
 """Time between two looks at who is alive [s]."""
@@ -46,11 +52,14 @@ def survey(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     drive: Path | None = None,
     building: Path | None = None,
+    sigma: float | None = None,
     link: Annotated[Link, Parameter(name="*")] = Link(),  # noqa: B008
 ) -> None:
     """Survey a building's cameras live: announce stops, collect what the cameras saw, record, and map at Ctrl-C.
 
     groma cameras survey setup -o building
+
+    groma cameras survey setup -o building --sigma 1
 
     Parameters
     ----------
@@ -65,22 +74,27 @@ def survey(
     building
         The building, a yaml file whose places bear the names of the cameras (docs/reference/camera_graph.md): tell at
         each camera which one to drive to next.
+    sigma
+        Also tell at every stop what to drive next before a camera, until its worst pixel has this standard deviation
+        [pixel].
     link
         Where to meet.
     """
     known = open_setup(setup)
-    itinerary = None if building is None else _itinerary(building, [camera.name for camera in known.cameras])
+    leaders = _leaders(known, building, sigma)
     played = None if drive is None else open_recording(drive)
     directory = result_directory(output, datetime.now().astimezone())
     recorded = directory / "survey"
     _copy_setup(setup, recorded)
     end = end_on_signal()
     with _recorder(recorded / LIVE) as recorder, listen(link.endpoint, link.keys) as session:
-        collecting = Survey(session, link.site, new_boot(), recorder, partial(_lead, itinerary), report=_tell)
+        fresh: queue.SimpleQueue[Numbered] = queue.SimpleQueue()
+        collecting = Survey(session, link.site, new_boot(), recorder, fresh.put, report=_tell)
         if played is not None:
             threading.Thread(target=_play, args=(played, link, end), daemon=True).start()
         thread = threading.Thread(target=_watch, args=(collecting, end), daemon=True)
         thread.start()
+        threading.Thread(target=_lead, args=(leaders, fresh, end), daemon=True).start()
         collecting.run(end)
         thread.join()
         _account(collecting.peers())
@@ -88,6 +102,18 @@ def survey(
         point_latest(directory)
     command = shown_command(["cameras", "map", recorded.name])
     map_and_tell(directory, open_network(recorded), network_defaults(), command)
+
+
+def _leaders(known: NetworkRecording, building: Path | None, sigma: float | None) -> list[Leader]:
+    """Return what listens to the messages and now and then has a line for the driver."""
+    leaders: list[Leader] = []
+    if building is not None:
+        itinerary = _itinerary(building, [camera.name for camera in known.cameras])
+        leaders.append(lambda message: str(leg) if (leg := itinerary.take(message)) else None)
+    if sigma is not None:
+        guide = Guide(known.target, known.cameras, aim(sigma))
+        leaders.append(lambda message: told(advice) if (advice := guide.take(message)) else None)
+    return leaders
 
 
 def _itinerary(building: Path, cameras: Sequence[str]) -> Itinerary:
@@ -98,11 +124,26 @@ def _itinerary(building: Path, cameras: Sequence[str]) -> Itinerary:
         raise UserError(f"{building}: {error}") from error
 
 
-def _lead(itinerary: Itinerary | None, message: Numbered) -> None:
-    """Tell which camera to drive to next when the robot has come to one."""
-    leg = itinerary.take(message) if itinerary else None
-    if leg is not None:
-        _tell(str(leg))
+def _lead(leaders: Sequence[Leader], fresh: queue.SimpleQueue[Numbered], end: threading.Event) -> None:
+    """Tell what to drive next, beside the loop that collects, until the survey ends."""
+    while not end.is_set():
+        try:
+            message = fresh.get(timeout=_PERIOD)
+        except queue.Empty:
+            continue
+        for line in filter(None, (leader(message) for leader in leaders)):
+            _tell(line)
+
+
+def told(advice: Advice) -> str:
+    """Return advice as a line for the driver."""
+    known = f"{advice.camera}: the worst pixel is known to {pixels(advice.worst)}"
+    if advice.met:
+        return f"{known}, as wanted: go on"
+    if not advice.looks:
+        return f"{known}, and no drive around here makes it better"
+    way = instruction(advice.start, advice.looks)
+    return f"{known}; next: {way}, stopping {len(advice.looks)} times on the way ({pixels(advice.expected)} then)"
 
 
 def _copy_setup(setup: Path, recorded: Path) -> None:

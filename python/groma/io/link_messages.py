@@ -52,10 +52,11 @@ def messages_to_map(messages: Iterable[Numbered], skip: Callable[[str], None]) -
                 skip("images taken while no stop lasted" if message.survey is None else "images of an unknown stop")
                 continue
             for corners in message.panels:
-                yield _detection(message.sender, stops[place], corners), numbers[place]
+                yield to_detection(message.sender, stops[place], corners), numbers[place]
 
 
-def _detection(camera: str, stamp: float, corners: Corners) -> Detection:
+def to_detection(camera: str, stamp: float, corners: Corners) -> Detection:
+    """Return what a camera saw of a panel."""
     pixels = np.column_stack([corners.u, corners.v]).astype(np.float64).reshape(-1, 2)
     return Detection(
         stamp, camera, corners.panel, np.array(corners.ids, dtype=np.int64), pixels, np.array(corners.sigma)

@@ -15,7 +15,7 @@
 //! hand.
 
 use super::knowledge::{Knowledge, Told, told};
-use super::plan::Plan;
+use super::plan::{Plan, Start};
 use super::stage::{PanelView, Stage};
 use super::step::{STRIDE, Step, variance};
 use crate::error::Error;
@@ -88,10 +88,10 @@ impl Search {
 ///
 /// # Errors
 /// When the request makes no sense, or the robot stands where it may not be.
-pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Se2, search: &Search) -> Result<Plan, Error> {
+pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Start, search: &Search) -> Result<Plan, Error> {
     search.validate()?;
-    if !search.allows(&from) {
-        let (x, y, [near, far], side) = (from.x(), from.y(), search.depth, search.side);
+    if !search.allows(&from.pose) {
+        let (x, y, [near, far], side) = (from.pose.x(), from.pose.y(), search.depth, search.side);
         let area = format!("{near} to {far} m before the camera and {side} m to either side");
         return Err(Error::Graph(format!("the robot starts at x {x:.2} m, y {y:.2} m, outside its area: {area}")));
     }
@@ -168,7 +168,7 @@ mod tests {
     }
 
     fn planned(search: &Search) -> Plan {
-        next_best(&stage(), Knowledge::new(&stage().camera), Se2::new(2.6, 0.0, PI), search).unwrap()
+        next_best(&stage(), Knowledge::new(&stage().camera), Se2::new(2.6, 0.0, PI).into(), search).unwrap()
     }
 
     #[test]
@@ -193,20 +193,32 @@ mod tests {
     #[test]
     fn a_camera_known_well_enough_needs_no_drive() {
         let known = planned(&Search { target: 1.0, ..Search::default() }).knowledge;
-        let plan = next_best(&stage(), known, Se2::new(2.6, 0.0, PI), &Search::default()).unwrap();
+        let plan = next_best(&stage(), known, Se2::new(2.6, 0.0, PI).into(), &Search::default()).unwrap();
         assert!(plan.worst() <= 1.0);
         assert_eq!(plan.stops.len(), 1);
     }
 
     #[test]
+    fn what_was_seen_from_the_start_is_not_counted_twice() {
+        let (stage, pose) = (stage(), Se2::new(2.6, 0.0, PI));
+        let mut knowledge = Knowledge::new(&stage.camera);
+        knowledge.look(&stage, &stage.views(&pose));
+        let search = Search { target: 2.0, ..Search::default() };
+        let plan = next_best(&stage, knowledge, Start { pose, is_seen: true }, &search).unwrap();
+        let anew = planned(&search);
+        assert_eq!(plan.stops.len(), anew.stops.len());
+        assert!(plan.stops.iter().zip(&anew.stops).all(|(a, b)| (a.worst - b.worst).abs() < 1e-9 && a.pose == b.pose));
+    }
+
+    #[test]
     fn what_makes_no_sense_is_refused() {
-        let from = Se2::new(2.6, 0.0, PI);
+        let from: Start = Se2::new(2.6, 0.0, PI).into();
         let refused =
             |search: Search, from| next_best(&stage(), Knowledge::new(&stage().camera), from, &search).is_err();
         assert!(refused(Search { target: f64::NAN, ..Search::default() }, from));
         assert!(refused(Search { depth: [3.0, 2.0], ..Search::default() }, from));
         assert!(refused(Search { lambda: -1.0, ..Search::default() }, from));
-        assert!(refused(Search::default(), Se2::new(9.0, 0.0, PI)));
+        assert!(refused(Search::default(), Se2::new(9.0, 0.0, PI).into()));
     }
     /// Distance and effort to the worst pixel of the best drive that people use, as shares of that drive's.
     fn shares(height: f64, distance: f64) -> (f64, f64) {
@@ -214,7 +226,7 @@ mod tests {
         let stage = Stage::new(nominal_camera().unwrap(), mount, upright_panels(&FAN), SIGMA).unwrap();
         let fixed = &ranking(&stage, distance, &Noise::default()).unwrap()[0];
         let search = Search { target: fixed.worst, ..Search::default() };
-        let from = Se2::new(distance, 0.0, PI);
+        let from = Se2::new(distance, 0.0, PI).into();
         let plan = next_best(&stage, Knowledge::new(&stage.camera), from, &search).unwrap();
         assert!(plan.worst() <= fixed.worst);
         (plan.drive().length() / fixed.drive.length(), plan.drive().effort() / fixed.drive.effort())

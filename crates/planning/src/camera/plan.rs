@@ -13,10 +13,26 @@ pub struct Stop {
     pub pose: Se2,
     /// Number of the drive; the start has that of the first.
     pub leg: usize,
-    /// Panels seen there.
+    /// Panels seen there, without those known already.
     pub views: usize,
     /// Worst standard deviation of a pixel [pixel].
     pub worst: f64,
+}
+
+/// Where a drive begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Of the robot.
+    pub pose: Se2,
+    /// Whether what the camera sees there is in what is known already.
+    pub is_seen: bool,
+}
+
+impl From<Se2> for Start {
+    /// A place from which nothing was seen yet.
+    fn from(pose: Se2) -> Self {
+        Self { pose, is_seen: false }
+    }
 }
 
 /// Drives one after the other.
@@ -31,9 +47,9 @@ pub struct Plan {
 impl Plan {
     /// A drive that is given as poses to turn and drive to, with looks on the way.
     #[must_use]
-    pub fn along(stage: &Stage, knowledge: Knowledge, from: Se2, poses: &[Se2]) -> Self {
+    pub fn along(stage: &Stage, knowledge: Knowledge, from: Start, poses: &[Se2]) -> Self {
         let mut plan = Self::begin(stage, knowledge, from);
-        let mut here = from;
+        let mut here = from.pose;
         for (leg, &to) in poses.iter().enumerate() {
             Step::new(here, to).stops(STRIDE).into_iter().for_each(|stop| plan.look(stage, stop, leg));
             here = to;
@@ -41,9 +57,14 @@ impl Plan {
         plan
     }
 
-    pub(super) fn begin(stage: &Stage, knowledge: Knowledge, from: Se2) -> Self {
+    pub(super) fn begin(stage: &Stage, knowledge: Knowledge, from: Start) -> Self {
         let mut plan = Self { stops: vec![], knowledge };
-        plan.look(stage, from, 0);
+        if from.is_seen {
+            let worst = plan.knowledge.worst();
+            plan.stops.push(Stop { pose: from.pose, leg: 0, views: 0, worst });
+        } else {
+            plan.look(stage, from.pose, 0);
+        }
         plan
     }
 
