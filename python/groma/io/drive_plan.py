@@ -2,7 +2,7 @@
 
 `waypoints.csv`: one line a stop, the start first: number, place, x, y [m], heading of arrival [rad], distance so far
 [m], standard deviations of the robot's position (root of the trace) [m] and heading [rad], and of the cameras found so
-far (root mean square) [m].
+far (root mean square) [m], covariance of the robot's position xx, xy, yy [m^2]; all as predicted.
 
 `route.geojson`: the graph that nav2_route loads. Its loader knows straight edges alone and ignores the points of a
 line, so that the bends of a way are nodes as well. Nodes are Point features with an `id` and a `frame`, places with the
@@ -30,12 +30,12 @@ Numbered = tuple[int, Point]
 def write_waypoints(path: Path, graph: Graph, run: Run) -> None:
     """Write the stops of a run as CSV."""
     names = node_names(graph)
-    lines = ["stop,place,x,y,heading,distance,robot_sigma,heading_sigma,camera_sigma"]
+    lines = ["stop,place,x,y,heading,distance,robot_sigma,heading_sigma,camera_sigma,robot_xx,robot_xy,robot_yy"]
     for number, stop in enumerate(run.stops):
         x, y = graph.nodes[stop.node].position
         sigma = math.sqrt(max(stop.robot[0] + stop.robot[2], 0.0))
         arrival = arrival_heading(graph, run, number)
-        values = (x, y, arrival, stop.length, sigma, stop.heading, stop.sigma)
+        values = (x, y, arrival, stop.length, sigma, stop.heading, stop.sigma, *stop.robot)
         lines.append(f"{number},{_quoted(names[stop.node])}," + ",".join(f"{value:.6g}" for value in values))
     write_text(path, "\n".join(lines) + "\n")
 

@@ -5,6 +5,9 @@ use crate::error::Error;
 use nalgebra::{Matrix3, Vector2};
 use serde::{Deserialize, Serialize};
 
+/// How far from the origin a place may be [m].
+const FARTHEST: f64 = 1e5;
+
 /// A place where ways meet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Node {
@@ -85,9 +88,15 @@ impl Graph {
             return Err(Error::Graph(format!("the start is place {} of {count}: name one that exists", self.start)));
         }
         for (i, node) in self.nodes.iter().enumerate() {
-            if !node.position.iter().all(|x| x.is_finite()) {
-                return Err(Error::Graph(format!("place {i} is at {:?}: must be finite", node.position)));
+            if !node.position.iter().all(|x| x.abs() <= FARTHEST) {
+                return Err(Error::Graph(format!(
+                    "place {i} is at {:?}: must be finite and in a building",
+                    node.position
+                )));
             }
+        }
+        if self.cameras() == 0 {
+            return Err(Error::Graph("no place bears a camera: there is nothing to map".into()));
         }
         self.edges.iter().enumerate().try_for_each(|(i, edge)| self.check_edge(i, edge))?;
         match self.unreachable() {
@@ -121,8 +130,8 @@ impl Graph {
         if let Some(end) = edge.ends.iter().find(|&&end| end >= self.nodes.len()) {
             return Err(Error::Graph(format!("way {i} ends at place {end} of {}", self.nodes.len())));
         }
-        if !edge.via.iter().flatten().all(|x| x.is_finite()) {
-            return Err(Error::Graph(format!("way {i} bends at a point that is not finite")));
+        if !edge.via.iter().flatten().all(|x| x.abs() <= FARTHEST) {
+            return Err(Error::Graph(format!("way {i} bends at a point that is not finite or in no building")));
         }
         if self.points(i).windows(2).any(|p| (p[1] - p[0]).norm() < 1e-6) {
             return Err(Error::Graph(format!("way {i} has a stretch without length: drop the double point")));
@@ -177,5 +186,7 @@ mod tests {
         refused(|g| g.edges[0].ends[1] = 0, "without length");
         refused(|g| g.edges.clear(), "to place 1");
         refused(|g| g.edges[0].via = vec![[f64::INFINITY, 0.0]], "not finite");
+        refused(|g| g.nodes[1].position[0] = 1e200, "in a building");
+        refused(|g| g.nodes.iter_mut().for_each(|node| node.camera = false), "nothing to map");
     }
 }

@@ -23,6 +23,8 @@ use serde::Serialize;
 
 /// Length of a step of the wheels [m], and of a turn [rad].
 const STEP: f64 = 0.25;
+/// Steps of one straight line at most: longer ones take longer steps.
+const MOST_STEPS: f64 = 1000.0;
 
 /// How far maps were off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -145,7 +147,7 @@ impl<'a> Filter<'a> {
 
     /// Moves by a tangent in equal steps; `sigma` is that after one unit of `extent`.
     fn steps(&mut self, whole: Vector3<f64>, extent: f64, sigma: Vector3<f64>) {
-        let count = (extent / STEP).ceil().max(1.0);
+        let count = (extent / STEP).ceil().clamp(1.0, MOST_STEPS);
         let (u, sigma) = (whole / count, sigma * (extent / count).sqrt());
         for _ in 0..count as usize {
             let w = sigma.map(|s| s * self.wheels.normal());
