@@ -25,7 +25,7 @@ pub(super) struct Gates {
 
 impl Tally {
     /// Count the points around `own`; points that are NaN are none.
-    #[inline]
+    #[inline(always)]
     pub fn of(x: &[f64], y: &[f64], own: Vector2<f64>, gates: Gates) -> Self {
         let (mut tally, radius_sq) = (Self::default(), gates.radius * gates.radius);
         for (x, y) in x.iter().zip(y) {

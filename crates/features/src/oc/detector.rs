@@ -8,6 +8,7 @@ use crate::falko::layout::{Layout, PaddedRanges};
 use groma_geometry::{So2, wrap};
 use groma_models::BeamGeometry;
 use nalgebra::{Matrix2, Vector2};
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
@@ -26,6 +27,8 @@ pub struct Detector {
     y: Vec<f64>,
     candidates: Vec<Candidate>,
     peaks: Vec<Candidate>,
+    /// The vector instructions of this machine; the outcome does not depend on them.
+    arch: Arch,
 }
 
 /// A beam with two arms.
@@ -33,7 +36,7 @@ pub struct Detector {
 struct Candidate {
     index: usize,
     score: u64,
-    /// Distance of the beam's point from its corner [m].
+    /// Distance of the beam's point from its corner, where others have the same score [m].
     off: f64,
     point: Vector2<f64>,
 }
@@ -58,6 +61,7 @@ impl Detector {
             y: Vec::new(),
             candidates: Vec::new(),
             peaks: Vec::new(),
+            arch: Arch::new(),
         }
     }
 
@@ -66,7 +70,7 @@ impl Detector {
         out.clear();
         self.ranges.load(ranges, &self.geometry, &self.layout, 0);
         let dominant = self.turn_to_walls();
-        self.score();
+        self.arch.dispatch(Score(self));
         self.suppress();
         out.extend(self.peaks.iter().map(|peak| self.keypoint(peak.index, dominant)));
     }
@@ -98,6 +102,7 @@ impl Detector {
     }
 
     /// Radius of the neighbourhood of a beam, and how many beams it may reach; none where it cannot be a corner.
+    #[inline(always)]
     fn neighbourhood(&self, i: usize) -> Option<(f64, usize)> {
         let rho = self.ranges.at(i);
         let within = rho >= self.options.range_min && rho <= self.options.range_max;
@@ -105,64 +110,83 @@ impl Detector {
         within.then(|| (radius, self.layout.reach_at(radius / rho)))
     }
 
+    #[inline(always)]
     fn gates(&self, radius: f64) -> Gates {
         Gates { radius, tolerance: self.options.tolerance }
     }
 
     /// The stretches of points before and after beam `i`, and the beam's own.
+    #[inline(always)]
     fn stretches(&self, i: usize, reach: usize) -> (Range<usize>, Range<usize>, Vector2<f64>) {
         let at = self.layout.reach() + i;
         (at - reach..at, at + 1..at + 1 + reach, Vector2::new(self.x[at], self.y[at]))
     }
 
-    /// The beams with two arms, with their scores.
-    fn score(&mut self) {
-        self.candidates.clear();
-        for i in 0..self.layout.beams {
-            let candidate = self.neighbourhood(i).and_then(|(radius, reach)| self.judge(i, radius, reach));
-            self.candidates.extend(candidate);
-        }
-    }
-
     /// Beam `i` as a corner, if there are enough points on either side and on either arm.
+    #[inline(always)]
     fn judge(&self, index: usize, radius: f64, reach: usize) -> Option<Candidate> {
         let (before, after, point) = self.stretches(index, reach);
         let gates = self.gates(radius);
-        let of = |side: &Range<usize>| Tally::of(&self.x[side.clone()], &self.y[side.clone()], point, gates);
-        let (left, right) = (of(&before), of(&after));
+        let left = Tally::of(&self.x[before.clone()], &self.y[before.clone()], point, gates);
+        let right = Tally::of(&self.x[after.clone()], &self.y[after.clone()], point, gates);
         let (tally, least) = (left.plus(right), self.options.min_side_points);
         let fewest = left.near.min(right.near).min(tally.vertical).min(tally.horizontal);
-        (fewest as usize >= least && tally.score() > LEAST_SCORE).then(|| {
-            let around = before.start..after.end;
-            let corner = locate(&self.x[around.clone()], &self.y[around], point, gates, self.options.range_noise);
-            Candidate { index, score: tally.score(), off: corner.offset.norm(), point }
-        })
+        let corner = fewest as usize >= least && tally.score() > LEAST_SCORE;
+        corner.then_some(Candidate { index, score: tally.score(), off: 0.0, point })
     }
 
     /// The best candidates, none within the radius of a better one: those of higher score, then those nearer to their
     /// corner, then those of lower index are better.
     fn suppress(&mut self) {
-        let order = |s: &Candidate, t: &Candidate| {
-            t.score.cmp(&s.score).then(s.off.total_cmp(&t.off)).then(s.index.cmp(&t.index))
-        };
-        self.candidates.sort_unstable_by(order);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.sort_unstable_by(|s, t| t.score.cmp(&s.score).then(s.index.cmp(&t.index)));
         self.peaks.clear();
-        for candidate in &self.candidates {
-            let apart = |peak: &Candidate| (peak.point - candidate.point).norm() > self.options.suppression_radius;
-            if self.peaks.iter().all(apart) {
+        for equals in candidates.chunk_by_mut(|s, t| s.score == t.score) {
+            self.suppress_equals(equals);
+        }
+        self.peaks.sort_unstable_by_key(|peak| peak.index);
+        self.candidates = candidates;
+    }
+
+    /// The same among candidates of one score.
+    fn suppress_equals(&mut self, equals: &mut [Candidate]) {
+        let mut left = 0;
+        for k in 0..equals.len() {
+            if self.is_apart(&equals[k]) {
+                equals.swap(left, k);
+                left += 1;
+            }
+        }
+        let equals = &mut equals[..left];
+        if left > 1 {
+            equals.iter_mut().for_each(|c| c.off = self.corner(c.index).offset.norm());
+            equals.sort_unstable_by(|s, t| s.off.total_cmp(&t.off).then(s.index.cmp(&t.index)));
+        }
+        for candidate in equals {
+            if self.is_apart(candidate) {
                 self.peaks.push(*candidate);
             }
         }
-        self.peaks.sort_unstable_by_key(|peak| peak.index);
+    }
+
+    /// Whether no peak is within the suppression radius.
+    fn is_apart(&self, candidate: &Candidate) -> bool {
+        self.peaks.iter().all(|peak| (peak.point - candidate.point).norm() > self.options.suppression_radius)
+    }
+
+    /// The corner of a beam, relative to its point, in the frame of the walls.
+    fn corner(&self, index: usize) -> Corner {
+        let (radius, reach) = self.neighbourhood(index).unwrap_or((0.0, 0));
+        let (before, after, own) = self.stretches(index, reach);
+        let around = before.start..after.end;
+        locate(&self.x[around.clone()], &self.y[around], own, self.gates(radius), self.options.range_noise)
     }
 
     /// The keypoint of a peak, in the laser frame.
     fn keypoint(&self, index: usize, dominant: f64) -> Keypoint {
-        let (radius, reach) = self.neighbourhood(index).unwrap_or((0.0, 0));
-        let (before, after, own) = self.stretches(index, reach);
-        let around = before.start..after.end;
-        let (x, y) = (&self.x[around.clone()], &self.y[around]);
-        let Corner { offset, variance, quadrant } = locate(x, y, own, self.gates(radius), self.options.range_noise);
+        let (radius, _) = self.neighbourhood(index).unwrap_or((0.0, 0));
+        let (_, _, own) = self.stretches(index, 0);
+        let Corner { offset, variance, quadrant } = self.corner(index);
         // From the frame of the walls to that of beam 0, y towards growing index, and on to the laser's.
         let turn = self.layout.turn;
         let rotation = So2::exp(self.geometry.angle_min + turn * dominant);
@@ -175,6 +199,25 @@ impl Detector {
             orientation: wrap(self.geometry.angle_min + turn * (dominant + opening)),
             radius,
             covariance: rotation.matrix() * local * rotation.matrix().transpose(),
+        }
+    }
+}
+
+/// The beams with two arms, with their scores; compiled for each instruction set.
+struct Score<'a>(&'a mut Detector);
+
+impl WithSimd for Score<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self(detector) = self;
+        detector.candidates.clear();
+        for i in 0..detector.layout.beams {
+            if let Some((radius, reach)) = detector.neighbourhood(i) {
+                let candidate = detector.judge(i, radius, reach);
+                detector.candidates.extend(candidate);
+            }
         }
     }
 }
