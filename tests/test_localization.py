@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import doctest
-import importlib
 from typing import Any
 
 import numpy as np
@@ -16,13 +14,6 @@ from groma.wheels import Wheels
 
 Array = NDArray[np.float64]
 MARKS = np.array([[4.0, 0.5], [0.0, 3.0], [5.0, 4.0], [-3.0, 1.0], [-2.0, -4.0], [2.5, -3.5]])
-
-
-@pytest.mark.parametrize("module", ["localization", "relocalization", "wheels"])
-def test_examples_of_the_docstrings(module: str) -> None:
-    result = doctest.testmod(importlib.import_module(f"groma.{module}"))
-    assert result.attempted > 2
-    assert result.failed == 0
 
 
 def _seen(pose: Array, stamp: float = 0.0, **more: Any) -> Observations:

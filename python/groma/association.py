@@ -79,6 +79,14 @@ def associate(
     ValueError
         If the method or an option is unknown or out of its range, points are not (N, 2) and finite, the mask is not
         (N, M), or the prior is missing, given for another method, or not (3,) and finite.
+
+    Examples
+    --------
+    >>> b = np.array([[0.0, 0.0], [5.0, 1.0], [2.0, 7.0], [-3.0, 4.0], [8.0, -2.0]])
+    >>> a = b @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + [10.0, 0.0]  # a quarter turn, and 10 m along x
+    >>> best = associate(a, b)[0]
+    >>> len(best.pairs), np.round(best.transform, 3).tolist()
+    (5, [10.0, 0.0, 1.571])
     """
     of_a, of_b = to_points("a", a), to_points("b", b)
     mask = None if compatible is None else np.ascontiguousarray(compatible, dtype=np.bool_)

@@ -66,7 +66,7 @@ def rms_band(count: int) -> tuple[float, float]:
     Examples
     --------
     >>> [round(factor, 2) for factor in rms_band(20)]
-    [0.77, 1.44]
+    [0.77, 1.45]
     """
     spread = 2 / (9 * count)
     high, low = ((1 - spread + z * math.sqrt(spread)) ** 3 for z in (_Z, -_Z))
