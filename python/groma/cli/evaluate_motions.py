@@ -25,6 +25,7 @@ from groma.io.atomic import write_text
 from groma.io.results import point_latest, result_directory, run_record, shown_command
 from groma.io.toml import to_toml
 from groma.report.motions_report import motions_report, motions_verdict, shares
+from groma.report.words import short
 
 
 def motions(
@@ -78,7 +79,7 @@ def motions(
         point_latest(directory)
     for motion, found in tried.items():
         told_ = "  ".join(
-            f"{name} {share:.2g} %" for name, share in shares(stage.camera, found, found.deviation).items()
+            f"{name} {short(share)} %" for name, share in shares(stage.camera, found, found.deviation).items()
         )
         print(f"{motion:13} {told_ or 'refused: ' + (found.reason or '')}")
     print(motions_verdict(tried, runs))

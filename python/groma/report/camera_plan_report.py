@@ -11,7 +11,7 @@ from groma.camera_plan import CameraPlan, Judged, Search, Stage, Stop
 from groma.io.toml import to_toml
 from groma.report.camera_plan_pictures import before_and_after, the_drive, the_gain
 from groma.report.page import Html, details, facts, figure, page, section, table, text
-from groma.report.words import count, length, number, pixels
+from groma.report.words import count, length, number, pixels, short
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 _FILES = {
@@ -146,7 +146,7 @@ def _legs(plan: CameraPlan) -> Html:
             f"{number(after[-1].pose[0], 2)}, {number(after[-1].pose[1], 2)}",
             number(math.degrees(after[-1].pose[2]), 0),
             str(len(after)),
-            f"{after[-1].worst:.2g}",
+            short(after[-1].worst),
         ]
         for k, (before, after) in enumerate(legs(plan))
     ]
@@ -158,7 +158,7 @@ def _ranking(stage: Stage, ranking: Sequence[Judged]) -> Html:
     rows = [
         [
             judged.motion,
-            f"{judged.worst:.2g}",
+            short(judged.worst),
             "–" if judged.sigmas is None else number(100 * judged.sigmas[0] / focal, 2),
             number(judged.length, 1),
             number(judged.effort, 1),

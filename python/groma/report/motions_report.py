@@ -12,7 +12,7 @@ from groma.evaluation.motions import Varied, rms_band
 from groma.io.toml import to_toml
 from groma.report.motions_pictures import LABELS, the_focal_length, the_worst_pixel
 from groma.report.page import Html, details, figure, page, section, table, text
-from groma.report.words import count, number, pixels
+from groma.report.words import count, number, pixels, short
 
 _FOOTER = "groma {}: the same settings give the same bytes."
 SHOWN = ("fx", "fy", "cx", "cy", "k1", "k2")
@@ -74,7 +74,7 @@ def _deviations(camera: Camera, tried: Mapping[str, Tried]) -> Html:
     rows, means = [], []
     for motion, found in tried.items():
         got, promised = shares(camera, found, found.deviation), shares(camera, found, found.predicted)
-        cells = [f"{got[name]:.2g} ({promised.get(name, math.nan):.2g})" if name in got else "–" for name in names]
+        cells = [f"{_two(got[name])} ({_two(promised.get(name))})" if name in got else "–" for name in names]
         rows.append([motion, *cells, str(found.refused)])
         if found.mean:
             means.append([motion, *(f"{found.mean[camera.names.index(name)]:.4g}" for name in names)])
@@ -87,18 +87,14 @@ def _ranking(tried: Mapping[str, Tried]) -> Html:
     rows = [
         [
             motion,
-            _pixel(tried[motion].worst),
-            _pixel(tried[motion].worst_predicted),
+            _two(tried[motion].worst),
+            _two(tried[motion].worst_predicted),
             str(tried[motion].views),
             tried[motion].reason or "",
         ]
         for motion in [*good, *(motion for motion in tried if motion not in good)]
     ]
     return table(["drive ", "worst pixel [px]", "promised [px]", "panels", "why refused "], rows)
-
-
-def _pixel(value: float | None) -> str:
-    return "–" if value is None else number(value, 0) if value >= 10 else f"{value:.2g}"
 
 
 def _study(studied: Sequence[Varied]) -> Html:
@@ -113,7 +109,7 @@ def _study(studied: Sequence[Varied]) -> Html:
             LABELS[point.what][0],
             f"{point.value * LABELS[point.what][1]:.3g}",
             *(_percent(value) for value in (point.found.focal, point.found.focal_promised)),
-            *(_pixel(value) for value in (point.found.worst, point.found.worst_promised)),
+            *(_two(value) for value in (point.found.worst, point.found.worst_promised)),
             str(point.found.calibrated),
             str(point.found.refused),
         ]
@@ -133,5 +129,9 @@ def _study(studied: Sequence[Varied]) -> Html:
     )
 
 
+def _two(value: float | None) -> str:
+    return "–" if value is None else short(value)
+
+
 def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.2g}"
+    return _two(None if share is None else 100 * share)

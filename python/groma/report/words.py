@@ -30,10 +30,13 @@ def angle(radians: float) -> str:
 
 
 def pixels(size: float) -> str:
-    """Return a length in an image, to two digits below ten pixels."""
-    if not math.isfinite(size):
-        return "–"
-    return f"{number(size, 0) if size >= 10 else f'{size:.2g}'}\N{NO-BREAK SPACE}px"
+    """Return a length in an image."""
+    return f"{short(size)}\N{NO-BREAK SPACE}px" if math.isfinite(size) else "–"
+
+
+def short(value: float) -> str:
+    """Return a number to two digits, or to all before the point."""
+    return number(value, 0) if abs(value) >= 10 else f"{value:.2g}".replace("-", "\N{MINUS SIGN}")
 
 
 def duration(seconds: float) -> str:
