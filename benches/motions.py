@@ -19,8 +19,7 @@ from groma.camera_calibration import calibrate_camera, projection_sigmas
 from groma.camera_plan import DEFAULTS, Judged, Stage, middle_height, mount, ranked
 from groma.detection import Detection
 from groma.errors import EstimationError
-from groma.link.guide import planar
-from groma.network import rotation_matrix
+from groma.floor import planar, spatial
 from groma.rendering import render
 from groma.vision import detect
 
@@ -70,10 +69,10 @@ def tried(stage: Stage, judged: Judged, runs: int) -> tuple[list[Array], list[Ar
 
 def looks(stage: Stage, judged: Judged, seed: int) -> list[Detection]:
     """Return what is detected in the images of a drive."""
-    camera = np.linalg.inv(_matrix(stage.mount[:3], stage.mount[3:]))
+    camera = np.linalg.inv(spatial(stage.mount[:3], stage.mount[3:]))
     found = []
     for number, stop in enumerate(judged.stops):
-        places = [_matrix(panel.position, panel.quaternion) for panel in judged.shown.panels]
+        places = [spatial(panel.position, panel.quaternion) for panel in judged.shown.panels]
         poses = [camera @ planar(stop) @ place for place in places]
         image = render(stage.camera, judged.shown, poses, seed=seed + number)
         found += detect(image, judged.shown, camera="camera", stamp=float(number))[0]
@@ -84,12 +83,6 @@ def thinned(seen: list[Detection], most: int) -> list[Detection]:
     """Return detections evenly along the drive, at most so many."""
     count = min(len(seen), most)
     return [seen[(2 * k + 1) * len(seen) // (2 * count)] for k in range(count)]
-
-
-def _matrix(position: tuple[float, ...], quaternion: tuple[float, ...]) -> Array:
-    whole = np.eye(4)
-    whole[:3, :3], whole[:3, 3] = rotation_matrix(np.array(quaternion)), position
-    return whole
 
 
 def tell(line: str) -> None:

@@ -29,6 +29,7 @@ from groma.camera_plan import (
 from groma.cli import run as command
 from groma.detection import Detection
 from groma.errors import UserError
+from groma.floor import foot_and_mount, from_floor, on_floor, planar, spatial
 from groma.io.camera_info import write_camera_info
 from groma.io.network_recording import write_covariance
 from groma.report.camera_plan_report import instruction
@@ -42,25 +43,12 @@ def stage(height: float = 2.0) -> Stage:
 
 def seen_from(at: Stage, pose: tuple[float, float, float]) -> Detection:
     """What the camera would see, free of noise, of the panel ahead of a robot."""
-    x, y, theta = pose
     panel = at.target.panels[1]
-    turn = np.array([[math.cos(theta), -math.sin(theta), 0], [math.sin(theta), math.cos(theta), 0], [0, 0, 1]])
-    floor = (panel.corners @ matrix(panel.quaternion).T + panel.position) @ turn.T + [x, y, 0]
-    points = (floor - at.mount[:3]) @ matrix(at.mount[3:])
+    seen = np.linalg.inv(spatial(at.mount[:3], at.mount[3:])) @ planar(pose) @ spatial(panel.position, panel.quaternion)
+    points = panel.corners @ seen[:3, :3].T + seen[:3, 3]
     pixels = at.camera.project(points)
     assert at.camera.holds(pixels).all()
     return Detection(0.0, "door", panel.name, np.arange(len(pixels)), pixels, np.full(len(pixels), 0.3))
-
-
-def matrix(quaternion: tuple[float, ...]) -> np.ndarray:
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def planned() -> CameraPlan:
@@ -115,6 +103,19 @@ def test_the_axis_meets_the_panels_where_it_should() -> None:
     assert middle_of_view(Stage(mount(2.0, 0.0))) == DEFAULTS.search.depth[1], "a level camera looks far"
 
 
+def test_a_camera_stands_above_its_foot_however_it_is_turned() -> None:
+    foot, mounted = (3.0, -2.0, 2.5), mount(2.2, 0.6)
+    roll = spatial((0, 0, 0), (0.0, 0.0, math.sin(0.05), math.cos(0.05)))
+    camera = planar(foot) @ spatial(mounted[:3], mounted[3:]) @ roll
+    found = foot_and_mount(camera)
+    assert found is not None
+    assert found[0] == pytest.approx(foot)
+    assert planar(found[0]) @ spatial(found[1][:3], found[1][3:]) == pytest.approx(camera)
+    assert on_floor(foot, from_floor(foot, (2.0, 0.3, -1.0))) == pytest.approx((2.0, 0.3, -1.0))
+    camera[2, 3] = -1.0
+    assert foot_and_mount(camera) is None, "below the floor"
+
+
 def test_a_drive_is_told_as_a_driver_needs_it() -> None:
     def stop(x: float, y: float, degrees: float) -> Stop:
         return Stop((x, y, math.radians(degrees)), 0, 1, 1.0, 0.0, 0.0, 0.0)
@@ -145,6 +146,53 @@ def test_a_calibrated_camera_is_planned_for_with_what_it_knows(tmp_path: Path) -
     assert command([*line, "--down", str(math.degrees(math.atan(1.2 / 2.6))), "-o", str(tmp_path / "plan")]) == 0
     metrics = json.loads((tmp_path / "plan" / "metrics.json").read_text())
     assert metrics["worst_pixel_before"] == pytest.approx(planned().end.worst, rel=1e-3)
+
+
+def network(path: Path, poses: dict[str, tuple[float, ...]]) -> Path:
+    """Write mapped cameras at (x, y, z, qx, qy, qz, qw)."""
+    camera, covariance = DEFAULTS.camera, np.array(planned().after)
+    content = {
+        "version": 1,
+        "frame": "map",
+        "joint_covariance": None,
+        "cameras": [
+            {
+                "name": name, "position": pose[:3], "quaternion": pose[3:], "views": 9,
+                "covariance": np.eye(6).tolist(), "chi_square_per_dof": 1.0, "since": 0.0, "current": True,
+                "intrinsics": {
+                    "width": 640, "height": 480, "lens": camera.lens, "parameters": list(camera.parameters),
+                    "covariance": covariance.tolist(),
+                },
+            }
+            for name, pose in poses.items()
+        ],
+    }  # fmt: skip
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_a_mapped_camera_is_planned_for_in_the_frame_of_the_map(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    upside_down = (0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0)
+    half = math.sqrt(0.5)
+    x, y, z, w = mount(2.0, 0.43)[3:]
+    about_z = (half * (x - y), half * (y + x), half * (z + w), half * (w - z))
+    path = network(tmp_path / "network.json", {"door": (10.0, 5.0, 2.0, *about_z), "ceiling": upside_down})
+    line = ["plan", "camera", str(path), "--sigma", "1.5", "-o", str(tmp_path / "plan")]
+    assert command([*line, "--name", "door", "--start", "10", "7.6", "-90"]) == 0
+    rows = list(csv.DictReader((tmp_path / "plan" / "waypoints.csv").read_text().splitlines()))
+    assert [float(rows[0][key]) for key in ("x", "y", "heading")] == pytest.approx([10, 7.6, -math.pi / 2], abs=1e-5)
+    assert json.loads((tmp_path / "plan" / "plan.json").read_text())["stops"][0]["pose"][0] == pytest.approx(2.6)
+    capsys.readouterr()
+    for more, said in (
+        ([], "give --name, one of door, ceiling"),
+        (["--name", "roof"], "one of door"),
+        (["--name", "ceiling"], "straight down"),
+        (["--name", "door", "--height", "2"], "leave out --height"),
+    ):
+        assert command([*line, *more]) == 2
+        assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

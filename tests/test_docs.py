@@ -54,6 +54,7 @@ NOT_RUN = (
     "groma demo",
     "groma localize day2.mcap ",
     "groma map drive.mcap --landmarks ",
+    "groma plan camera building/",
     "groma plan camera results/",
     "groma promote ",
     "groma simulate localization ",

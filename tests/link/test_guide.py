@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
@@ -21,11 +21,12 @@ from groma.cli import run
 from groma.cli.cameras_survey import Leader, told
 from groma.cli.cameras_survey import _lead as lead_
 from groma.errors import UserError
+from groma.floor import planar, spatial
 from groma.io.camera_info import write_camera_info
 from groma.io.panels import write_panels
-from groma.link.guide import Advice, Guide, aim, planar
+from groma.link.guide import Advice, Guide, aim
 from groma.link.protocol import Corners, Detections, Numbered, Odometry, Stop
-from groma.network import KnownCamera, rotation_matrix
+from groma.network import KnownCamera
 
 Pose = tuple[float, float, float]
 TRUE = Camera(640, 480, "radtan", (624.0, 622.0, 326.0, 231.0, -0.21, 0.06, 0.001, -0.001))
@@ -71,9 +72,9 @@ class Robot:
 
     def seen(self) -> Iterator[Corners]:
         position = mount(2.0, 0.43)
-        t_odom_camera = planar(FOOT) @ matrix(position[:3], position[3:])
+        t_odom_camera = planar(FOOT) @ spatial(position[:3], position[3:])
         for panel in DEFAULTS.target.panels:
-            pose = np.linalg.inv(t_odom_camera) @ planar(self.true) @ matrix(panel.position, panel.quaternion)
+            pose = np.linalg.inv(t_odom_camera) @ planar(self.true) @ spatial(panel.position, panel.quaternion)
             points = panel.corners @ pose[:3, :3].T + pose[:3, 3]
             facing = -pose[:3, 2] @ points.mean(axis=0) / np.linalg.norm(points.mean(axis=0))
             pixels = self.camera.project(points)
@@ -83,12 +84,6 @@ class Robot:
             ids = np.flatnonzero(np.repeat(tags, 4))
             u, v = (pixels[ids] + 0.3 * self.random.normal(size=(len(ids), 2))).T.tolist()
             yield Corners(panel=panel.name, ids=tuple(map(int, ids)), u=tuple(u), v=tuple(v), sigma=(0.3,) * len(ids))
-
-
-def matrix(position: Sequence[float], quaternion: Sequence[float]) -> np.ndarray:
-    whole = np.eye(4)
-    whole[:3, :3], whole[:3, 3] = rotation_matrix(np.array(quaternion)), position
-    return whole
 
 
 def before(distance: float) -> Pose:

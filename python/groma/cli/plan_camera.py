@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -28,10 +29,11 @@ from groma.camera_plan import (
 )
 from groma.detection import Detection
 from groma.errors import EstimationError, UserError
+from groma.floor import Mount, Pose, foot_and_mount, on_floor, spatial
 from groma.io.atomic import write_text
 from groma.io.camera_drive import write_camera_plan, write_camera_waypoints
 from groma.io.camera_info import read_camera_info
-from groma.io.network_file import without_k3
+from groma.io.network_file import read_network, without_k3
 from groma.io.network_recording import read_covariance, read_detections
 from groma.io.notes import Notes
 from groma.io.results import point_latest, result_directory, run_record, shown_command
@@ -41,6 +43,8 @@ from groma.report.camera_plan_report import camera_plan_report, plan_verdict
 from groma.target import Target
 
 Array = NDArray[np.float64]
+HEIGHT, DOWN = 2.0, 25.0
+"""Of a camera whose place is not said [m, deg]."""
 
 
 def camera(
@@ -48,8 +52,9 @@ def camera(
     /,
     *,
     target: Path | None = None,
-    height: float = 2.0,
-    down: float = 25.0,
+    name: str | None = None,
+    height: float | None = None,
+    down: float | None = None,
     image: tuple[int, int] | None = None,
     focal: float | None = None,
     start: tuple[float, float, float] | None = None,
@@ -66,19 +71,25 @@ def camera(
 
     groma plan camera results/latest/door.yaml --target panels.toml --height 2.4 --down 30
 
-    The floor has its origin at the foot of the camera, x where it looks, y to the left.
+    groma plan camera building/network.json --name door --target panels.toml --sigma 0.5
+
+    The floor has its origin at the foot of the camera, x where it looks, y to the left. Of a camera of a network,
+    --start and the waypoints are in the frame of the map.
 
     Parameters
     ----------
     intrinsics
-        NAME.yaml of a calibration; NAME.json beside it says how well they are known, else they are taken as nominal.
-        Without it an ordinary camera is planned for, or --image and --focal.
+        NAME.yaml of a calibration; NAME.json beside it says how well they are known, else they are taken as nominal. Or
+        the network.json of mapped cameras, which says where they are, too. Without it an ordinary camera is planned
+        for, or --image and --focal.
     target
         The panels and where they are on the robot (.toml); three upright ones, 45 degrees apart, when left out.
+    name
+        Of the camera in a network.
     height
-        Of the camera above the floor [m].
+        Of the camera above the floor [m]; 2 when left out.
     down
-        How far it looks down [deg].
+        How far it looks down [deg]; 25 when left out.
     image
         Columns and rows of the image, of a camera whose intrinsics are not known.
     focal
@@ -98,20 +109,23 @@ def camera(
     output
         Folder for the results; a new one in results/ when left out.
     """
-    known, covariance = _camera(intrinsics, image, focal)
+    placed = _mapped(intrinsics, name, height, down) if intrinsics and intrinsics.suffix == ".json" else None
+    asked = placed or _asked(
+        intrinsics, image, focal, HEIGHT if height is None else height, DOWN if down is None else down
+    )
     panels = DEFAULTS.target if target is None else read_target(target)
-    stage = Stage(mount(height, math.radians(down)), known, panels)
+    stage = Stage(asked.mount, asked.camera, panels)
     search = replace(DEFAULTS.search, target=sigma, depth=depth, side=side, lambda_=lambda_)
     middle = middle_of_view(stage, search)
-    x, y, heading = start or (middle, 0.0, 180.0)
-    detections = [] if seen is None else _seen(seen, None if intrinsics is None else intrinsics.stem, panels)
+    pose = (middle, 0.0, math.pi) if start is None else on_floor(asked.foot, (*start[:2], math.radians(start[2])))
+    detections = [] if seen is None else _seen(seen, asked.name, panels)
     directory = result_directory(output, datetime.now().astimezone())
-    pose = (x, y, math.radians(heading))
-    plan = plan_camera(stage, pose, search, covariance=covariance, seen=detections)
+    plan = plan_camera(stage, pose, search, covariance=asked.covariance, seen=detections)
     ranking = ranked(stage, middle, search.noise)
-    given = {"height": height, "down": down, "start": [x, y, heading], "target": panels.json(), "camera": known.json()}
+    given = {"mount": list(asked.mount), "start": list(pose), "target": panels.json(), "camera": asked.camera.json()}
     settings = {"plan_camera": {**_table(search), **given}}
-    save(directory, stage, plan, ranking, search, run_record(settings, intrinsics, shown_command(sys.argv[1:])))
+    record = run_record(settings, intrinsics, shown_command(sys.argv[1:]))
+    save(directory, stage, plan, ranking, search, record, asked.foot)
     if output is None:
         point_latest(directory)
     print(plan_verdict(plan, sigma))
@@ -129,14 +143,51 @@ def save(
     ranking: tuple[Judged, ...],
     search: Search,
     record: dict[str, object],
+    foot: Pose,
 ) -> None:
-    """Write all files of a plan, the report last."""
-    write_camera_waypoints(directory / "waypoints.csv", plan)
-    write_camera_plan(directory / "plan.json", stage.camera, plan)
+    """Write all files of a plan, the report last; the foot of the camera is in the frame of the waypoints."""
+    write_camera_waypoints(directory / "waypoints.csv", plan, foot)
+    write_camera_plan(directory / "plan.json", stage.camera, plan, foot)
     figures = json.dumps(_figures(plan, ranking), indent=1, sort_keys=True) + "\n"
     write_text(directory / "metrics.json", figures)
     write_text(directory / "run.toml", to_toml(record))
     write_text(directory / "report.html", camera_plan_report(stage, plan, ranking, search, record))
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """The camera that is planned for."""
+
+    camera: Camera
+    covariance: Array | None
+    mount: Mount
+    foot: Pose = (0.0, 0.0, 0.0)
+    name: str | None = None
+
+
+def _mapped(path: Path, name: str | None, height: float | None, down: float | None) -> _Asked:
+    """Return a camera of a network.json."""
+    if height is not None or down is not None:
+        raise UserError(f"{path}: says where the camera is: leave out --height and --down")
+    cameras = {camera.name: camera for camera in read_network(path)[0] if camera.current}
+    if name is None and len(cameras) == 1:
+        name = next(iter(cameras))
+    if name is None or name not in cameras:
+        raise UserError(f"{path}: give --name, one of {', '.join(cameras) or 'none'}")
+    chosen = cameras[name]
+    position, quaternion = chosen.pose[:3].tolist(), chosen.pose[3:].tolist()
+    placed = foot_and_mount(spatial(position, quaternion))
+    if placed is None:
+        raise UserError(f"{path}: {name} is below the floor or looks straight down: no drive is planned for that")
+    return _Asked(chosen.camera, chosen.intrinsics_covariance, placed[1], placed[0], name)
+
+
+def _asked(
+    intrinsics: Path | None, image: tuple[int, int] | None, focal: float | None, height: float, down: float
+) -> _Asked:
+    known, covariance = _camera(intrinsics, image, focal)
+    name = None if intrinsics is None else intrinsics.stem
+    return _Asked(known, covariance, mount(height, math.radians(down)), name=name)
 
 
 def _camera(intrinsics: Path | None, image: tuple[int, int] | None, focal: float | None) -> tuple[Camera, Array | None]:

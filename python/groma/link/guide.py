@@ -14,19 +14,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from groma.camera_calibration import panel_pose
 from groma.camera_plan import DEFAULTS, Search, Stage, Stop, plan_camera
 from groma.detection import Detection
 from groma.errors import UserError
+from groma.floor import Mount, Pose, foot_and_mount, from_floor, on_floor, planar, spatial
 from groma.io.link_messages import to_detection
 from groma.link import protocol
-from groma.network import KnownCamera, rotation_matrix
+from groma.network import KnownCamera
 from groma.target import Panel, Target
-
-Array = NDArray[np.float64]
-Pose = tuple[float, float, float]
 
 
 def aim(sigma: float) -> Search:
@@ -122,59 +119,11 @@ class Guide:
         poses = tuple(from_floor(foot, look.pose) for look in looks)
         return Advice(known.name, plan.worst_before, met, plan.end.worst, plan.stops[0], looks, poses)
 
-    def _place(
-        self, known: KnownCamera, found: Sequence[Detection], pose: Pose
-    ) -> tuple[Pose, tuple[float, ...]] | None:
+    def _place(self, known: KnownCamera, found: Sequence[Detection], pose: Pose) -> tuple[Pose, Mount] | None:
         """Return the foot of a camera in the frame of the odometry, and its mount above it, by the panel seen best."""
         seen = max(found, key=lambda detection: len(detection.corners))
         panel, fit = self.target.panel(seen.panel), panel_pose(known.camera, self.target, seen)
         if fit is None:
             return None
-        at = planar(pose) @ _matrix(panel.position, panel.quaternion) @ np.linalg.inv(fit.pose)
-        if not math.hypot(*at[:2, 2]) > 1e-6 or at[2, 3] <= 0:
-            return None  # below the floor, or straight down: a mirrored pose
-        foot = (float(at[0, 3]), float(at[1, 3]), math.atan2(at[1, 2], at[0, 2]))
-        mount = np.linalg.inv(planar(foot)) @ at
-        return foot, (*map(float, mount[:3, 3]), *quaternion(np.asarray(mount[:3, :3], dtype=np.float64)))
-
-
-def on_floor(foot: Pose, pose: Pose) -> Pose:
-    """Return a planar pose as seen from another."""
-    return _pose(np.linalg.inv(planar(foot)) @ planar(pose))
-
-
-def from_floor(foot: Pose, pose: Pose) -> Pose:
-    """Return a planar pose seen from another in the frame of that."""
-    return _pose(planar(foot) @ planar(pose))
-
-
-def planar(pose: Pose) -> Array:
-    """Return a planar pose as (4, 4)."""
-    x, y, theta = pose
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=np.float64)
-
-
-def quaternion(rotation: Array) -> tuple[float, float, float, float]:
-    """Return x, y, z, w of a rotation (3, 3), by its eigenvector of the largest eigenvalue (Bar-Itzhack 2000)."""
-    r = rotation
-    k = np.array(
-        [
-            [r[0, 0] - r[1, 1] - r[2, 2], r[1, 0] + r[0, 1], r[2, 0] + r[0, 2], r[2, 1] - r[1, 2]],
-            [r[1, 0] + r[0, 1], r[1, 1] - r[0, 0] - r[2, 2], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]],
-            [r[2, 0] + r[0, 2], r[2, 1] + r[1, 2], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r[0, 0] + r[1, 1] + r[2, 2]],
-        ]
-    )
-    x, y, z, w = map(float, np.linalg.eigh(k)[1][:, -1])
-    return x, y, z, w
-
-
-def _pose(matrix: Array) -> Pose:
-    return float(matrix[0, 3]), float(matrix[1, 3]), math.atan2(matrix[1, 0], matrix[0, 0])
-
-
-def _matrix(position: Sequence[float], turn: Sequence[float]) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation_matrix(np.array(turn)), position
-    return matrix
+        # None where the camera is below the floor, or looks straight down: a mirrored pose.
+        return foot_and_mount(planar(pose) @ spatial(panel.position, panel.quaternion) @ np.linalg.inv(fit.pose))
