@@ -107,13 +107,19 @@ def survey(
 def _leaders(known: NetworkRecording, building: Path | None, sigma: float | None) -> list[Leader]:
     """Return what listens to the messages and now and then has a line for the driver."""
     leaders: list[Leader] = []
-    if building is not None:
-        itinerary = _itinerary(building, [camera.name for camera in known.cameras])
+    itinerary = None if building is None else _itinerary(building, [camera.name for camera in known.cameras])
+    if itinerary is not None:
         leaders.append(lambda message: str(leg) if (leg := itinerary.take(message)) else None)
     if sigma is not None:
         guide = Guide(known.target, known.cameras, aim(sigma))
-        leaders.append(lambda message: told(advice) if (advice := guide.take(message)) else None)
+        leaders.append(lambda message: _and_then(advice, itinerary) if (advice := guide.take(message)) else None)
     return leaders
+
+
+def _and_then(advice: Advice, itinerary: Itinerary | None) -> str:
+    """Return advice as a line; where a camera is known as well as wanted, also where to go on to."""
+    leg = itinerary.leg if itinerary and advice.met else None
+    return f"{told(advice)}\n{leg}" if leg and leg.start == advice.camera else told(advice)
 
 
 def _itinerary(building: Path, cameras: Sequence[str]) -> Itinerary:

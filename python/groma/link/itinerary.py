@@ -81,6 +81,8 @@ class Itinerary:
         self._stop: tuple[str | None, int] | None = None
         self._seen: set[int] = set()
         self._arrived = False
+        self.leg: Leg | None = None
+        """The last one told, which holds until the next."""
 
     def take(self, message: Numbered) -> Leg | None:
         """Take a new message of the survey; return where to drive when the robot has come to a camera."""
@@ -142,7 +144,8 @@ class Itinerary:
         return self._told(robot, None, line)
 
     def _told(self, robot: Explorer, to: str | None, line: list[Point]) -> Leg:
-        return Leg(self._graph.names[self._left], to, tuple(line), robot.sigma)
+        self.leg = Leg(self._graph.names[self._left], to, tuple(line), robot.sigma)
+        return self.leg
 
     def _arrive(self, robot: Explorer, left: int, end: End, *, sees: bool) -> None:
         node = self._end(end)

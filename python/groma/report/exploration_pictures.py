@@ -33,6 +33,7 @@ from groma.report.drawing import (
     sheet,
 )
 from groma.report.plan import walls
+from groma.report.words import count
 
 COLOURS: dict[StrategyName, str] = {
     "depth-first": ODOMETRY,
@@ -121,7 +122,8 @@ def _frame(graph: Graph, run: Run, number: int) -> Image.Image:
     _draw(ax, graph, run, number)
     stop = run.stops[number]
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
-    ax.set_title(f"{stop.length:.0f} m   σ {stop.sigma:.3f} m   {len(stop.cameras)} cameras", loc="left", fontsize=10)
+    found = count(len(stop.cameras), "camera")
+    ax.set_title(f"{stop.length:.0f} m   σ {stop.sigma:.3f} m   {found}", loc="left", fontsize=10)
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=80)
     file.seek(0)
