@@ -1,0 +1,130 @@
+//! The update of the joint Gaussian by a sighting.
+//!
+//! ```text
+//! K = P H^T S^-1 on the rows that may move, 0 elsewhere
+//! P_i. <- P_i. - K_i H P    for those rows and, mirrored, columns
+//! P_xx <- (A P A^T)_xx + K R K^T,   A = I - K H    (Joseph, on what the pose is seen by)
+//! ```
+
+use super::linear::{Linear, inverse};
+use super::{DRIVE, Joint};
+use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
+use std::ops::Range;
+
+/// What moves in an update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gain {
+    /// The pose.
+    Pose,
+    /// A landmark.
+    Landmark,
+    /// The pose and the landmark that was seen.
+    PoseAndLandmark,
+    /// The pose and every landmark.
+    All,
+}
+
+impl Joint {
+    /// Learns from a sighting, if its innovation passes the gate; its squared Mahalanobis distance then.
+    pub(crate) fn update(&mut self, m: &Linear, gain: Gain, gate: f64) -> Option<f64> {
+        let v = self.innovation(m);
+        let s_inverse = inverse(&self.innovation_covariance(m))?;
+        let distance_sq = v.dot(&(s_inverse * v));
+        if distance_sq > gate {
+            return None;
+        }
+        self.project(m);
+        let [first, second] = std::mem::take(&mut self.projected);
+        let (pose, moved) = self.movable(m, gain);
+        let joseph = (!pose.is_empty()).then(|| self.joseph(m, &s_inverse, &first, &second));
+        for i in pose.chain(moved.clone()) {
+            let k = s_inverse * Vector2::new(first[i], second[i]);
+            let row = self.covariance.row_mut(i);
+            row.iter_mut().zip(&first).zip(&second).for_each(|((p, a), b)| *p -= k.x * a + k.y * b);
+            self.shift[i] += k.dot(&v);
+        }
+        // The mirror image after all rows: where both move, each row has the whole change.
+        for i in moved {
+            self.covariance.mirror(i);
+            let row = s_inverse * Vector2::new(first[i], second[i]);
+            if gain == Gain::Landmark {
+                (0..3).for_each(|j| self.covariance.row_mut(j)[i] -= row.x * first[j] + row.y * second[j]);
+            }
+        }
+        if let Some(covariance) = joseph {
+            self.set_pose_covariance(&covariance);
+        }
+        self.projected = [first, second];
+        Some(distance_sq)
+    }
+
+    /// Rows of the pose and of landmarks that move.
+    fn movable(&self, m: &Linear, gain: Gain) -> (Range<usize>, Range<usize>) {
+        let landmark = || m.landmark.map_or(0..0, |(slot, _)| self.row_of(slot)..self.row_of(slot) + 2);
+        match gain {
+            Gain::Pose => (0..3, 0..0),
+            Gain::Landmark => (0..0, landmark()),
+            Gain::PoseAndLandmark => (0..3, landmark()),
+            Gain::All => (0..3, self.row_of(0)..self.covariance.size()),
+        }
+    }
+
+    /// The pose's covariance after a sighting.
+    fn joseph(&self, m: &Linear, s_inverse: &Matrix2<f64>, first: &[f64], second: &[f64]) -> Matrix3<f64> {
+        let k = SMatrix::<f64, 3, 2>::from_fn(|i, j| Vector2::new(first[i], second[i]).dot(&s_inverse.column(j)));
+        let landmark = m.landmark.map(|(slot, h)| (self.row_of(slot), h));
+        if self.calibration > 0 {
+            let mut h = SMatrix::<f64, 2, 8>::zeros();
+            h.fixed_view_mut::<2, 3>(0, 5).copy_from(&m.by_mount);
+            self.joseph_of(h, [3 + DRIVE, 4 + DRIVE, 5 + DRIVE].as_slice(), m, landmark, &k)
+        } else {
+            self.joseph_of(SMatrix::<f64, 2, 5>::zeros(), &[], m, landmark, &k)
+        }
+    }
+
+    /// The pose's block of `A P A^T + K R K^T`, `A = I - K H`, over N rows: pose, landmark, and the rows of `more`.
+    fn joseph_of<const N: usize>(
+        &self,
+        mut h: SMatrix<f64, 2, N>,
+        more: &[usize],
+        m: &Linear,
+        landmark: Option<(usize, Matrix2<f64>)>,
+        k: &SMatrix<f64, 3, 2>,
+    ) -> Matrix3<f64> {
+        h.fixed_view_mut::<2, 3>(0, 0).copy_from(&m.by_pose);
+        let mut at = [0, 1, 2, 0, 0, 0, 0, 0];
+        if let Some((row, by_landmark)) = landmark {
+            h.fixed_view_mut::<2, 2>(0, 3).copy_from(&by_landmark);
+            (at[3], at[4]) = (row, row + 1);
+        }
+        at[5..5 + more.len()].copy_from_slice(more);
+        let p = SMatrix::<f64, N, N>::from_fn(|i, j| self.covariance.at(at[i], at[j]));
+        let a = SMatrix::<f64, 3, N>::identity() - k * h;
+        a * p * a.transpose() + k * m.noise * k.transpose()
+    }
+
+    /// `H P` into `projected`.
+    fn project(&mut self, m: &Linear) {
+        let size = self.covariance.size();
+        let (blocks, count) = self.blocks(m);
+        let mut projected = std::mem::take(&mut self.projected);
+        for (k, out) in projected.iter_mut().enumerate() {
+            out.clear();
+            out.resize(size, 0.0);
+            let mut add = |row: usize, by: f64| {
+                let head = [0, 1, 2].map(|j| by * self.covariance.at(row, j));
+                let tail = &self.covariance.row(row)[3..];
+                out[3..].iter_mut().zip(tail).for_each(|(o, p)| *o += by * p);
+                (0..3).for_each(|j| out[j] += head[j]);
+            };
+            for (row, h) in &blocks[..count] {
+                (0..3).for_each(|r| add(row + r, h[(k, r)]));
+            }
+            if let Some((slot, h)) = &m.landmark {
+                let row = self.row_of(*slot);
+                (0..2).for_each(|r| add(row + r, h[(k, r)]));
+            }
+        }
+        self.projected = projected;
+    }
+}
