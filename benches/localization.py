@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.association import rigid_fit
-from groma.cli.localize import no_landmarks
 from groma.evaluation.se2 import relative
 from groma.io.drive import open_drive
 from groma.io.recording import open_recording, write_recording
@@ -32,7 +31,7 @@ from groma.localization_simulation import PATHS, Day, DriveName, calibrated_vehi
 from groma.localize import Request, localize_drive
 from groma.localized import Chart, Localized
 from groma.mapper import map_drive
-from groma.mapping import Landmarks
+from groma.mapping import Landmarks, no_landmarks
 from groma.promotion import chosen, joined
 from groma.simulation import Simulated, simulate
 from groma.survey import survey as survey_at

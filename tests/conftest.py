@@ -9,7 +9,7 @@ import pytest
 _SHARED = Path(__file__).parents[2] / "shared"
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shared() -> Path:
     """Recordings and tools of others that lie beside the project; tests that use them carry the marker `shared`."""
     if not _SHARED.is_dir():

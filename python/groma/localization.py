@@ -49,8 +49,8 @@ class Quality:
     """What a pose is worth: to slow down or stop the vehicle by."""
 
     status: Status
-    """``tracking``: landmarks hold the pose; ``coasting``: none does at present; ``lost``: it was never known, or
-    evidence says that it is wrong."""
+    """``tracking``: landmarks or walls hold the pose; ``coasting``: none does at present; ``lost``: it was never known,
+    or evidence says that it is wrong."""
     observed: int
     """Observations of the last scan that could be used."""
     matched: int
@@ -133,7 +133,8 @@ class Localizer:
         (it does not estimate them).
     relocalizer
         With it the localizer looks for its place of its own accord while it is lost: at the start without a pose, and
-        when evidence says that the pose is wrong.
+        when evidence says that the pose is wrong. Where it has a grid, its walls hold the pose while landmarks do so
+        only weakly (modes static and mixed), and speak for and against it.
     **options
         See :class:`LocalizerOptions`.
 

@@ -222,7 +222,7 @@ class _Run:
                     r.chart.landmarks,
                     stamp=self.motion.start if self.motion else stamp,
                     pose=r.start,
-                    covariance=np.diag(np.square(GIVEN if len(r.chart.landmarks.seen) else EXACT)),
+                    covariance=np.diag(np.square(EXACT if r.chart.is_empty else GIVEN)),
                     mount=self.mount,
                     calibration=considered,
                     relocalizer=self._relocalizer(),
@@ -234,7 +234,7 @@ class _Run:
 
     def _relocalizer(self) -> Relocalizer | None:
         chart = self.request.chart
-        if self.request.options.get("mode") == "dynamic" or not len(chart.landmarks.seen):
+        if self.request.options.get("mode") == "dynamic" or (not len(chart.landmarks.seen) and chart.grid is None):
             return None
         return Relocalizer(chart.landmarks, chart.grid)
 

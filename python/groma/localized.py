@@ -41,6 +41,11 @@ class Chart:
     grid: OccupancyGrid | None = None
     """None where the map is a list of reflectors."""
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing on it."""
+        return self.grid is None and not len(self.landmarks.seen)
+
 
 @dataclass(frozen=True, slots=True)
 class Halt:

@@ -122,3 +122,11 @@ class MapResult:
     weak: tuple[WeakSpot, ...]
     counts: dict[str, float]
     """Scans read, used and skipped with the reason, local maps, candidates, path length, ..."""
+
+
+def no_landmarks() -> Landmarks:
+    """Return a map without landmarks."""
+    none = np.zeros(0)
+    whole = np.zeros(0, dtype=np.int64)
+    cells = np.zeros((0, 16), dtype=np.uint8)
+    return Landmarks(none.astype(np.str_), none.reshape(0, 2), none.reshape(0, 2, 2), none, cells, whole, whole)

@@ -73,7 +73,7 @@ class Relocalizer:
     landmarks
         The static map.
     grid
-        Its occupancy, if there is one: lets the beams of a scan speak.
+        Its occupancy, if there is one: places are looked for on its walls as well, and the beams of a scan speak.
     **options
         See :class:`RelocalizeOptions`.
 

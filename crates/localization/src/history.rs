@@ -4,6 +4,7 @@
 //! `AHEAD` at most: a scan whose odometry is still to come.
 
 use groma_geometry::Se2;
+use nalgebra::Vector3;
 use std::collections::VecDeque;
 
 /// Motions remembered.
@@ -55,6 +56,12 @@ impl History {
         now.between(&from.interpolate(&to, share))
     }
 
+    /// The twist between two times (body frame, per second); zero where they are one.
+    pub fn twist(&self, from: f64, to: f64) -> Vector3<f64> {
+        let moved = self.since(from).between(&self.since(to)).log();
+        if to > from { moved / (to - from) } else { Vector3::zeros() }
+    }
+
     fn ahead(&self, time: f64) -> Se2 {
         let last = self.poses.len();
         let (Some((t0, from)), Some((t1, to))) = (self.poses.get(last.wrapping_sub(2)), self.poses.back()) else {
@@ -81,6 +88,8 @@ mod tests {
         assert!(close(history.since(1.25), (step * Se2::IDENTITY.interpolate(&step, 0.5)).inverse()));
         assert!(close(history.since(1.45), Se2::IDENTITY.interpolate(&step, 0.5)));
         assert!(close(history.since(0.0), history.since(1.0)));
+        assert!((history.twist(1.23, 1.37) - step.log() / 0.1).norm() < 1e-9);
+        assert!(history.twist(1.2, 1.2).norm() == 0.0);
         assert!(close(history.since(9.0), Se2::exp(step.log() * 5.0)));
     }
 

@@ -10,6 +10,7 @@ mod associate;
 mod error;
 mod gating;
 mod history;
+mod hold;
 mod jcbb;
 pub mod joint;
 mod localizer;
@@ -25,6 +26,7 @@ mod search;
 mod symmetric;
 mod update;
 mod view;
+mod walls;
 mod wheels;
 
 pub use error::Error;

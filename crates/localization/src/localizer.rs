@@ -5,6 +5,7 @@
 
 use crate::error::Error;
 use crate::history::History;
+use crate::hold::{Glance, way_of};
 use crate::joint::{CalibrationCovariance, Joint, Motion};
 use crate::map::StaticMap;
 use crate::memory::Memory;
@@ -14,7 +15,7 @@ use crate::relocalize::Relocalizer;
 use crate::search::Search;
 use groma_estimation::chi_square;
 use groma_geometry::Se2;
-use groma_models::{LandmarkMap, LaserScan};
+use groma_models::LandmarkMap;
 use nalgebra::{Matrix3, SMatrix, Vector2};
 use std::sync::Arc;
 
@@ -54,6 +55,15 @@ pub struct Localizer {
     pub(crate) scans: u64,
     /// Looks for the place while it is lost.
     pub(crate) search: Option<Search>,
+    /// A scan for the walls, and way and turn when the last was taken.
+    pub(crate) glance: Option<Glance>,
+    pub(crate) glanced: f64,
+    /// Way and turn driven, one radian a metre.
+    pub(crate) stir: f64,
+    /// Factor on the covariance of motions, learned.
+    pub(crate) motion_factor: f64,
+    /// Whether walls held the pose when they were last asked.
+    pub(crate) held: bool,
 }
 
 impl Localizer {
@@ -89,6 +99,11 @@ impl Localizer {
             way: 0.0,
             scans: 0,
             search: None,
+            glance: None,
+            glanced: f64::NEG_INFINITY,
+            stir: 0.0,
+            motion_factor: 1.0,
+            held: false,
         };
         localizer.judge(&Matrix3::zeros(), 0.0);
         Ok(localizer)
@@ -114,23 +129,16 @@ impl Localizer {
         if !(finite && stamp.is_finite() && is_covariance(&motion.covariance)) {
             return Err(Error::Unusable { what: "the motion" });
         }
-        self.joint.predict(motion);
+        self.joint.predict(&Motion { covariance: motion.covariance * self.motion_factor, ..*motion });
         self.history.push(stamp, &motion.motion);
         if let Some(search) = &mut self.search {
             search.advance(&motion.motion, self.quality.status == Status::Lost);
         }
         self.way += motion.motion.translation.norm();
+        self.stir += way_of(&motion.motion);
         self.quality.sigma_position = self.sigma_position();
         self.quality.sigma_heading = self.joint.pose_covariance().m33.sqrt();
         Ok(())
-    }
-
-    /// The beams of a scan: they help to find the place while it is lost, and are not looked at else.
-    pub fn look(&mut self, scan: &LaserScan) {
-        let laser = self.laser_at(scan.stamp);
-        if let Some(search) = self.search.as_mut().filter(|_| self.quality.status == Status::Lost) {
-            search.look(scan, &laser);
-        }
     }
 
     /// The pose has been found another way.
@@ -142,6 +150,7 @@ impl Localizer {
         self.memory.clear(&mut self.joint);
         self.joint.replace_pose(pose, covariance);
         self.monitor.restart();
+        (self.glanced, self.held, self.motion_factor) = (f64::NEG_INFINITY, false, 1.0);
         self.known = true;
         self.judge(&Matrix3::zeros(), 0.0);
         Ok(())
@@ -202,13 +211,13 @@ impl Localizer {
         let lost = !self.known || self.monitor.is_lost() || sigma > self.options.lost.sigma_max;
         q.status = match lost {
             true => Status::Lost,
-            false if q.matched == 0 => Status::Coasting,
+            false if q.matched == 0 && !self.held => Status::Coasting,
             false => Status::Tracking,
         };
     }
 
     /// Along the weakest direction [m].
-    fn sigma_position(&self) -> f64 {
+    pub(crate) fn sigma_position(&self) -> f64 {
         let p = self.joint.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned();
         p.symmetric_eigenvalues().max().max(0.0).sqrt()
     }

@@ -27,6 +27,12 @@ impl Mode {
         matches!(self, Self::Dynamic | Self::Mixed | Self::Slam)
     }
 
+    /// Whether the walls of the map hold the pose where landmarks do not.
+    #[must_use]
+    pub fn uses_walls(self) -> bool {
+        matches!(self, Self::Static | Self::Mixed)
+    }
+
     /// Whether the map is used.
     #[must_use]
     pub fn uses_map(self) -> bool {

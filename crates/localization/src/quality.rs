@@ -32,9 +32,9 @@ pub enum Status {
     /// It was never known, or evidence says that it is wrong.
     #[default]
     Lost,
-    /// Nothing speaks against it, but no landmark holds it at present.
+    /// Nothing speaks against it, but neither landmarks nor walls hold it at present.
     Coasting,
-    /// Landmarks hold it.
+    /// Landmarks or walls hold it.
     Tracking,
 }
 
@@ -87,6 +87,11 @@ impl Monitor {
             let learned = 1.0 - (1.0 - LEARNING).powf(n);
             self.right += learned * (m / n.max(1.0) - self.right);
         }
+    }
+
+    /// Takes in the logarithm of a likelihood ratio of being right against being lost.
+    pub fn hear(&mut self, log_ratio: f64) {
+        self.evidence = (self.evidence - log_ratio).clamp(0.0, 2.0 * self.limit);
     }
 
     /// Forgets the evidence: the pose was found anew.

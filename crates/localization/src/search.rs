@@ -2,13 +2,15 @@
 
 use crate::observation::Observation;
 use crate::relocalize::{LocalView, Located, Relocalizer};
+use crate::walls::Walls;
 use groma_geometry::Se2;
 use groma_models::LaserScan;
+use nalgebra::Vector3;
 use std::sync::Arc;
 
 /// Landmarks without which it is not worth a try.
 const LEAST: usize = 4;
-/// Way between two tries [m]; without way, this many new landmarks.
+/// Way between two tries [m]; without way, this many new landmarks, and half as many as there were.
 const WAY: f64 = 0.5;
 const MORE: usize = 3;
 /// What was seen longer ago is forgotten: the odometry drifts [m].
@@ -28,27 +30,33 @@ impl Search {
         Self { relocalizer, view: LocalView::default(), tried: None }
     }
 
+    /// The walls of the map, if it has a grid.
+    pub fn walls(&self) -> Option<Arc<Walls>> {
+        self.relocalizer.walls()
+    }
+
     /// The vehicle has moved; what was collected is kept only while it is lost.
     pub fn advance(&mut self, motion: &Se2, lost: bool) {
         if lost {
             self.view.advance(motion);
             self.view.forget_beyond(KEPT);
-        } else if self.tried.is_some() || !self.view.landmarks().is_empty() {
+        } else if self.tried.is_some() || !self.view.is_empty() {
             (self.view, self.tried) = (LocalView::default(), None);
         }
     }
 
     /// Keeps beams of a scan.
-    pub fn look(&mut self, scan: &LaserScan, laser: &Se2) {
-        self.view.look(&scan.geometry, &scan.ranges, laser);
+    pub fn look(&mut self, scan: &LaserScan, laser: &Se2, twist: Vector3<f64>) {
+        self.view.look(scan, laser, twist);
     }
 
     /// Keeps observations, and tries where there is something new; the place, if it is certain.
     pub fn see(&mut self, observations: &[(Observation, Se2)]) -> Option<Located> {
         self.view.see(observations);
         let (way, count) = (self.view.way(), self.view.landmarks().len());
-        let news = self.tried.is_none_or(|(w, n)| way - w >= WAY || count >= n + MORE);
-        if count < LEAST || !news {
+        let news = self.tried.is_none_or(|(w, n)| way - w >= WAY || count >= n + MORE.max(n / 2));
+        let poor = count < LEAST && self.view.looks().is_empty();
+        if poor || !news {
             return None;
         }
         self.tried = Some((way, count));

@@ -95,6 +95,7 @@ impl Localizer {
         let creates = self.options.mode.creates();
         let Changes { proven, forgotten } = if creates { self.live_on(&pairings, view) } else { Changes::default() };
         let begun = if creates { self.begin(&pairings, &sighted) } else { 0 };
+        self.hold_by_walls();
         self.assess(&matches, &pairings, &sighted);
         Update { matches, begun, proven, forgotten, unusable, cut_short, relocated, quality: self.quality }
     }

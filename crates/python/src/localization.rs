@@ -9,7 +9,7 @@ use groma_localization::{
 use groma_models::{
     BeamGeometry, Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle,
 };
-use nalgebra::{Matrix2, SMatrix, Vector2};
+use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -95,7 +95,7 @@ impl Relocalizer {
         let mut view = LocalView::default();
         view.see(&observations.into_iter().map(|o| (o, mount)).collect::<Vec<_>>());
         if let Some((beams, ranges)) = scan {
-            view.look(&to_geometry(beams), &ranges.as_array().to_vec(), &mount);
+            view.look(&to_scan(0.0, 0.0, beams, &ranges), &mount, Vector3::zeros());
         }
         let found = py.detach(|| self.0.locate(&view));
         let row = |l: Located| {
@@ -176,12 +176,7 @@ impl Localizer {
         scan: Option<TimedScan<'py>>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let observations = to_observations(&observations, &reflector, &descriptors, identities.as_slice()?);
-        let scan = scan.map(|(stamp, time_increment, beams, ranges)| LaserScan {
-            stamp,
-            geometry: BeamGeometry { time_increment, ..to_geometry(beams) },
-            ranges: ranges.as_array().to_vec(),
-            intensities: Vec::new(),
-        });
+        let scan = scan.map(|(stamp, time_increment, beams, ranges)| to_scan(stamp, time_increment, beams, &ranges));
         let core = &mut self.0;
         let update = py.detach(|| match scan {
             Some(scan) => {
@@ -229,8 +224,14 @@ fn matrix<const R: usize, const C: usize>(table: &Table<'_>) -> SMatrix<f64, R, 
     SMatrix::from_fn(|i, j| view.get((i, j)).copied().unwrap_or(f64::NAN))
 }
 
-fn to_geometry((angle_min, angle_increment, range_min, range_max): (f64, f64, f64, f64)) -> BeamGeometry {
-    BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min, range_max }
+fn to_scan(
+    stamp: f64,
+    time_increment: f64,
+    (angle_min, angle_increment, range_min, range_max): (f64, f64, f64, f64),
+    ranges: &PyReadonlyArray1<'_, f64>,
+) -> LaserScan {
+    let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
+    LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() }
 }
 
 fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> Grid {

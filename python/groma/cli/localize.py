@@ -9,7 +9,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
-import numpy as np
 from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -25,7 +24,7 @@ from groma.io.vehicle_file import read_vehicle
 from groma.localization import LocalizerOptions, localizer_defaults
 from groma.localize import Request, localize_drive
 from groma.localized import Chart, Localized
-from groma.mapping import Landmarks
+from groma.mapping import Landmarks, no_landmarks
 from groma.report.localization_report import localization_verdict
 from groma.settings import Settings, merged, read_table
 from groma.survey import survey
@@ -57,15 +56,15 @@ def localize(
     file
         What `groma inspect` can read, with odometry or, for a --vehicle, joint states.
     map_
-        Folder of `groma map`, a landmark map (.json), or a list of reflectors (.csv: x,y in metres). May be left out in
-        the mode dynamic.
+        Folder of `groma map`, landmark map (.json), nav2 map (.yaml), or list of reflectors (.csv: x,y in metres). May
+        be left out in the mode dynamic.
     vehicle
         A vehicle.toml of `groma calibrate vehicle`: its wheels and its laser are used instead of the odometry.
     start
         Where the drive begins in the map: x,y,theta in metres and radians, or unknown to find out.
     mode
         Landmarks that hold the pose. static: those of the map. dynamic: corners found on the way. mixed: both.
-        reflectors: the reflectors of the map alone.
+        reflectors: the reflectors of the map alone. Where landmarks are few, static and mixed keep to the walls too.
     output
         Folder for the results; a new one in results/ when left out.
     scans
@@ -112,14 +111,6 @@ def _chart(path: Path | None, mode: str) -> Chart:
     if mode == "reflectors" and not (chart.landmarks.kinds == "reflector").any():
         raise UserError(f"{path}: no reflector in it: the mode reflectors needs some")
     return chart
-
-
-def no_landmarks() -> Landmarks:
-    """Return a map without landmarks."""
-    none = np.zeros(0)
-    whole = np.zeros(0, dtype=np.int64)
-    cells = np.zeros((0, 16), dtype=np.uint8)
-    return Landmarks(none.astype(np.str_), none.reshape(0, 2), none.reshape(0, 2, 2), none, cells, whole, whole)
 
 
 def _start(text: str, at_origin: bool) -> tuple[float, float, float] | None:

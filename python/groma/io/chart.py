@@ -1,4 +1,4 @@
-"""The map that a drive is localized in: the folder of ``groma map``, a landmark map, or a list of reflectors."""
+"""The map that a drive is localized in: a folder of ``groma map``, a landmark or nav2 map, a list of reflectors."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from groma.io.landmarks import read_landmarks
 from groma.io.nav2_map import read_map
 from groma.io.reflector_list import read_reflectors
 from groma.localized import Chart
+from groma.mapping import no_landmarks
 
 
 def read_chart(path: Path) -> Chart:
@@ -17,8 +18,8 @@ def read_chart(path: Path) -> Chart:
     Parameters
     ----------
     path
-        A folder with ``landmarks.json`` and, if there is one, ``map.yaml``; a landmark map (``.json``); or a list of
-        reflectors (``.csv``).
+        A folder with ``landmarks.json`` and, if there is one, ``map.yaml``; a landmark map (``.json``); a nav2 map
+        (``.yaml``), whose walls alone hold the pose then; or a list of reflectors (``.csv``).
 
     Raises
     ------
@@ -32,6 +33,9 @@ def read_chart(path: Path) -> Chart:
         return Chart(read_landmarks(landmarks), read_map(grid) if grid.exists() else None)
     if path.suffix == ".csv":
         return Chart(read_reflectors(path))
+    if path.suffix == ".yaml":
+        return Chart(no_landmarks(), read_map(path))
     if path.suffix == ".json":
         return Chart(read_landmarks(path))
-    raise UserError(f"{path}: no map: expected a folder of groma map, a landmark map (.json) or reflectors (.csv)")
+    expected = "a folder of groma map, a landmark map (.json), a nav2 map (.yaml) or reflectors (.csv)"
+    raise UserError(f"{path}: no map: expected {expected}")

@@ -4,13 +4,14 @@
 //! ends before it (something that is not on the map), or goes through it (a wall that is not there):
 //!
 //! ```text
-//! l = n_eff sum over beams of ln( p(case | right) / p(case | chance) ) / n
+//! l = n_eff sum over beams of ln( p(case | right) / p(case | chance) ) / n,    n_eff = length of the walls seen / INDEPENDENT
 //! ```
 //!
-//! Beams of one scan share their surfaces, hence `n_eff` independent ones a scan. A laser that would stand in a wall or off
-//! the map, or a beam that meets only unknown cells, says what chance says: nothing.
+//! Beams that meet one wall share its reasons, in one scan and in the next. And rooms are alike: one that is not on the map
+//! may equal one that is, wall by wall. So evidence grows with the length of different walls in view, not with scans. A laser
+//! that would stand in a wall or off the map, or a beam that meets only unknown cells, says what chance says: nothing.
 
-use super::Beam;
+use super::{Beam, Look};
 use groma_geometry::Se2;
 use groma_models::{Cell, Grid};
 use nalgebra::Vector2;
@@ -18,23 +19,23 @@ use nalgebra::Vector2;
 /// A reading agrees with an occupied cell within this, plus a share of the range [m].
 const AGREES: (f64, f64) = (0.15, 0.01);
 /// Probabilities of agreeing, ending before, going through: on the right place and by chance.
-const RIGHT: [f64; 3] = [0.72, 0.20, 0.08];
+const RIGHT: [f64; 3] = [0.72, 0.23, 0.05];
 const CHANCE: [f64; 3] = [0.12, 0.44, 0.44];
-/// Independent beams a scan.
-const INDEPENDENT: f64 = 8.0;
-/// Independent beams of a view, whatever the number of scans.
+/// Length of wall that counts as one independent beam [m].
+const INDEPENDENT: f64 = 1.5;
+/// Independent beams of a view, at most.
 const MOST_INDEPENDENT: f64 = 24.0;
 
-/// The evidence of the beams of several scans for a pose.
-pub(super) fn evidence(pose: &Se2, scans: &[Vec<Beam>], grid: &Grid) -> f64 {
-    let cases = scans.iter().flatten().filter_map(|beam| case(pose, beam, grid));
-    let (mut sum, mut n) = (0.0, 0);
-    for k in cases {
-        sum += (RIGHT[k] / CHANCE[k]).ln();
-        n += 1;
-    }
-    let independent = (INDEPENDENT * scans.len() as f64).min(MOST_INDEPENDENT);
-    if n == 0 { 0.0 } else { independent * sum / n as f64 }
+/// The evidence of the beams of several scans for a pose; `length` of different walls is in view [m].
+pub(crate) fn evidence(pose: &Se2, scans: &[Look], length: f64, grid: &Grid) -> f64 {
+    let n = scans.iter().map(|look| look.beams.len()).sum::<usize>();
+    let sum: f64 = scans.iter().map(|look| log_ratio(&(*pose * look.pose), &look.beams, grid)).sum();
+    if n == 0 { 0.0 } else { (length / INDEPENDENT).min(MOST_INDEPENDENT) * sum / n as f64 }
+}
+
+/// The sum over the beams of a scan of what each would say were it alone.
+pub(crate) fn log_ratio(pose: &Se2, beams: &[Beam], grid: &Grid) -> f64 {
+    beams.iter().filter_map(|beam| case(pose, beam, grid)).map(|k| (RIGHT[k] / CHANCE[k]).ln()).sum()
 }
 
 /// 0: agrees, 1: ends before, 2: goes through; none where the grid does not say.
@@ -80,7 +81,7 @@ fn occupied(grid: &Grid, [x, y]: [i64; 2]) -> bool {
 }
 
 /// Area of the free cells [m^2].
-pub(super) fn free_area(grid: &Grid) -> f64 {
+pub(crate) fn free_area(grid: &Grid) -> f64 {
     grid.cells.iter().filter(|c| **c == Cell::Free).count() as f64 * grid.resolution * grid.resolution
 }
 
@@ -124,12 +125,13 @@ mod tests {
                 Some(Beam { from: Vector2::zeros(), direction, range: range + 0.025 })
             })
             .collect();
-        let at = |pose: Se2| evidence(&pose, std::slice::from_ref(&beams), &grid);
+        let scans = [Look::of_beams(beams)];
+        let at = |pose: Se2| evidence(&pose, &scans, 21.0, &grid);
         assert!(at(truth) > 10.0, "{}", at(truth));
         for wrong in [Se2::new(2.2, 0.3, 0.7), Se2::new(1.2, 0.3, 2.3), Se2::new(3.5, 2.0, -1.0)] {
             assert!(at(wrong) < at(truth) - 5.0, "{}", at(wrong));
         }
         assert_eq!(at(Se2::new(90.0, 0.0, 0.0)), 0.0);
-        assert_eq!(evidence(&truth, &[], &grid), 0.0);
+        assert_eq!(evidence(&truth, &[], 21.0, &grid), 0.0);
     }
 }

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Landmarks of one wall, rack or pallet stand and fall together, so that only a share of the sum counts as independent
-//! (`INDEPENDENCE`). The density is that of the view, but never below `LEAST_DENSITY`.
+//! (`INDEPENDENCE`). A map may know few of them: landmarks that are not on it say nothing at worst. The density is that of the view, but never below `LEAST_DENSITY`.
 
 use super::refine::spread;
 use super::{RelocalizeOptions, Seen};
@@ -41,7 +41,7 @@ pub(super) fn landmarks(
         let o = if turned { PI / options.orientation_max } else { 1.0 };
         ((1.0 - e) + e * peak * (-0.5 * d_sq).exp() * o / c).ln()
     });
-    INDEPENDENCE * (paired.sum::<f64>() + unpaired)
+    INDEPENDENCE * (paired.sum::<f64>() + unpaired).max(0.0)
 }
 
 /// Density of seen landmarks over the box around them [1/m^2].

@@ -1,24 +1,34 @@
-//! What was seen of late, brought together by the odometry: landmarks seen more than once become one, beams stay beams.
+//! What was seen of late, brought together: landmarks seen more than once become one, scans lie on each other.
 //!
-//! The frame is that of the vehicle at the last motion. Errors of the odometry over the few metres that are kept are
-//! neglected against the tolerance of the search.
+//! The frame of a view is where the vehicle was when it began. The odometry moves the vehicle in it; a scan that is kept is
+//! registered to those before, with the odometry as prior, for the odometry of a lost vehicle may be any.
 
 use crate::observation::Observation;
 use groma_geometry::{Se2, wrap};
-use groma_models::{BeamGeometry, LandmarkKind};
-use nalgebra::{Matrix2, Vector2};
+use groma_models::{LandmarkKind, LaserScan};
+use groma_registration::{Prior, SurfaceMap, SurfaceScan, align};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use std::collections::HashSet;
 
 /// Sightings of like landmarks this close are one [m].
 const MERGE: f64 = 0.2;
-/// Beams kept of a scan, and scans of which beams are kept, at most.
+/// Beams kept of a scan, and scans that are kept, at most.
 const BEAMS: usize = 90;
 const SCANS: usize = 12;
-/// A scan's beams are kept this far from those before [m], [rad].
+/// A scan is kept this far from the one before [m], [rad].
 const APART: (f64, f64) = (0.4, 0.3);
+/// What the odometry between two scans is trusted to: [m] and [rad], and shares of the way and the turn.
+const ODOMETRY: (f64, f64, f64) = (0.02, 0.1, 0.15);
+/// Degrees of freedom of its prior: it may be badly wrong.
+const ODOMETRY_DOF: f64 = 4.0;
+/// Share of a scan that must lie on those before, or the odometry is believed.
+const ON_SURFACES: f64 = 0.3;
+/// A wall is as long as it has cells of this size [m].
+const STRETCH: f64 = 0.5;
 /// Landmarks kept, at most: the latest.
 const MOST: usize = 120;
 
-/// A landmark in the frame of the vehicle.
+/// A landmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// What it is.
@@ -37,7 +47,7 @@ pub struct Seen {
     way: f64,
 }
 
-/// A beam in the frame of the vehicle.
+/// A beam in the frame of the vehicle that made it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
     /// Where the laser stood [m].
@@ -48,39 +58,48 @@ pub struct Beam {
     pub range: f64,
 }
 
-/// The last metres of a drive.
-#[derive(Clone, Debug, Default)]
-pub struct LocalView {
-    landmarks: Vec<Seen>,
-    beams: Vec<Vec<Beam>>,
-    /// Motion since beams were kept last.
-    since: Option<Se2>,
+/// A scan that is kept.
+#[derive(Clone, Debug)]
+pub struct Look {
+    /// Where the vehicle was.
+    pub pose: Se2,
+    /// Some of its beams.
+    pub beams: Vec<Beam>,
+    /// Its points with normals, in the frame of the vehicle that made it.
+    pub surface: SurfaceScan,
+    /// Way at which it was made [m].
     way: f64,
+}
+
+/// The last metres of a drive.
+#[derive(Clone, Debug)]
+pub struct LocalView {
+    /// The vehicle in the frame of the view.
+    pose: Se2,
+    landmarks: Vec<Seen>,
+    looks: Vec<Look>,
+    surfaces: SurfaceMap,
+    way: f64,
+}
+
+impl Default for LocalView {
+    fn default() -> Self {
+        let (landmarks, looks, surfaces) = (Vec::new(), Vec::new(), SurfaceMap::default());
+        Self { pose: Se2::IDENTITY, landmarks, looks, surfaces, way: 0.0 }
+    }
 }
 
 impl LocalView {
     /// The vehicle has moved.
     pub fn advance(&mut self, motion: &Se2) {
-        let inverse = motion.inverse();
-        let turn = inverse.theta();
-        for seen in &mut self.landmarks {
-            let r = inverse.rotation.matrix();
-            seen.point = inverse.act(seen.point);
-            seen.covariance = r * seen.covariance * r.transpose();
-            seen.orientation = seen.orientation.map(|o| wrap(o + turn));
-        }
-        for beam in self.beams.iter_mut().flatten() {
-            beam.from = inverse.act(beam.from);
-            beam.direction = inverse.rotation.act(beam.direction);
-        }
-        self.since = self.since.map(|s| s * *motion);
+        self.pose = self.pose * *motion;
         self.way += motion.translation.norm();
     }
 
     /// Observations of a scan, each with the laser as the vehicle has it now.
     pub fn see(&mut self, observations: &[(Observation, Se2)]) {
         for (o, laser) in observations.iter().filter(|(o, _)| o.is_usable()) {
-            let seen = Seen::new(o, laser, self.way);
+            let seen = Seen::new(o, &(self.pose * *laser), self.way);
             let twin = |s: &&mut Seen| s.kind == seen.kind && (s.point - seen.point).norm() < MERGE;
             match self.landmarks.iter_mut().find(twin) {
                 Some(known) => known.merge(&seen),
@@ -91,47 +110,105 @@ impl LocalView {
         self.landmarks.drain(..surplus);
     }
 
-    /// Beams of a scan, made by a laser that the vehicle has at `laser` now.
-    pub fn look(&mut self, geometry: &BeamGeometry, ranges: &[f64], laser: &Se2) {
-        let moved = self.since.map_or((f64::INFINITY, 0.0), |s| (s.translation.norm(), s.theta().abs()));
-        if moved.0 < APART.0 && moved.1 < APART.1 {
+    /// A scan, made by a laser that the vehicle has at `laser` now, while it moved with `twist` (body frame, per second).
+    pub fn look(&mut self, scan: &LaserScan, laser: &Se2, twist: Vector3<f64>) {
+        let step = self.looks.last().map(|last| last.pose.between(&self.pose));
+        if step.is_some_and(|s| s.translation.norm() < APART.0 && s.theta().abs() < APART.1) {
             return;
         }
-        let hits = ranges.iter().enumerate().filter(|(_, r)| geometry.is_hit(**r));
-        let stride = ranges.len().div_ceil(BEAMS).max(1);
-        let beam = |(k, range): (usize, &f64)| {
-            let (sin, cos) = geometry.bearing(k).sin_cos();
-            Beam { from: laser.translation, direction: laser.rotation.act(Vector2::new(cos, sin)), range: *range }
-        };
-        self.beams.push(hits.step_by(stride).map(beam).collect());
-        if self.beams.len() > SCANS {
-            self.beams.remove(0);
+        let surface = SurfaceScan::new(scan, laser, twist);
+        if let Some(step) = step {
+            let found = align(&surface, &self.surfaces, self.pose, Some(&prior(&self.pose, &step)));
+            if found.share > ON_SURFACES {
+                self.pose = found.pose;
+            }
         }
-        self.since = Some(Se2::IDENTITY);
+        self.surfaces.insert(&surface, &self.pose);
+        self.looks.push(Look { pose: self.pose, beams: beams(scan, laser), surface, way: self.way });
+        if self.looks.len() > SCANS {
+            self.looks.remove(0);
+        }
     }
 
     /// Forgets what was seen more than `way` [m] ago.
     pub fn forget_beyond(&mut self, way: f64) {
-        let now = self.way;
+        let (now, looks) = (self.way, self.looks.len());
         self.landmarks.retain(|s| now - s.way <= way);
+        self.looks.retain(|l| now - l.way <= way);
+        if self.looks.len() < looks {
+            self.surfaces = SurfaceMap::default();
+            self.looks.iter().for_each(|l| self.surfaces.insert(&l.surface, &l.pose));
+        }
     }
 
-    /// Landmarks in the frame of the vehicle.
+    /// The vehicle in the frame of the view.
+    #[must_use]
+    pub fn pose(&self) -> Se2 {
+        self.pose
+    }
+
+    /// Landmarks in the frame of the view.
     #[must_use]
     pub fn landmarks(&self) -> &[Seen] {
         &self.landmarks
     }
 
-    /// Beams in the frame of the vehicle, scan by scan.
+    /// Scans that were kept, the latest last.
     #[must_use]
-    pub fn beams(&self) -> &[Vec<Beam>] {
-        &self.beams
+    pub fn looks(&self) -> &[Look] {
+        &self.looks
+    }
+
+    /// Surface points of all of them in the frame of the view.
+    #[must_use]
+    pub fn surface(&self) -> SurfaceScan {
+        self.surfaces.sample(usize::MAX)
+    }
+
+    /// Length of the walls in it, each once [m].
+    #[must_use]
+    pub fn wall_length(&self) -> f64 {
+        let cell = |p: &Vector2<f64>| ((p.x / STRETCH).floor() as i64, (p.y / STRETCH).floor() as i64);
+        STRETCH * self.surfaces.points().iter().map(cell).collect::<HashSet<_>>().len() as f64
+    }
+
+    /// Whether there is nothing in it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.landmarks.is_empty() && self.looks.is_empty()
     }
 
     /// Way driven since the beginning [m].
     #[must_use]
     pub fn way(&self) -> f64 {
         self.way
+    }
+}
+
+/// Some of the beams of a scan.
+pub(crate) fn beams(scan: &LaserScan, laser: &Se2) -> Vec<Beam> {
+    let hits = scan.ranges.iter().enumerate().filter(|(_, r)| scan.geometry.is_hit(**r));
+    let stride = scan.ranges.len().div_ceil(BEAMS).max(1);
+    let beam = |(k, range): (usize, &f64)| {
+        let (sin, cos) = scan.geometry.bearing(k).sin_cos();
+        Beam { from: laser.translation, direction: laser.rotation.act(Vector2::new(cos, sin)), range: *range }
+    };
+    hits.step_by(stride).map(beam).collect()
+}
+
+/// What the odometry says of a pose after a step.
+fn prior(pose: &Se2, step: &Se2) -> Prior {
+    let (way, turn) = (step.translation.norm(), step.theta().abs());
+    let xy = ODOMETRY.0 + ODOMETRY.1 * way;
+    let heading = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * turn;
+    let information = Matrix3::from_diagonal(&Vector3::new(xy.powi(-2), xy.powi(-2), heading.powi(-2)));
+    Prior { pose: *pose, information, dof: ODOMETRY_DOF }
+}
+
+#[cfg(test)]
+impl Look {
+    pub(super) fn of_beams(beams: Vec<Beam>) -> Self {
+        Self { pose: Se2::IDENTITY, beams, surface: SurfaceScan::default(), way: 0.0 }
     }
 }
 
@@ -165,6 +242,7 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use groma_models::BeamGeometry;
 
     fn observation(range: f64, bearing: f64) -> Observation {
         let covariance = Matrix2::from_diagonal(&Vector2::new(1e-4, 4e-6));
@@ -187,7 +265,7 @@ mod tests {
             pose = pose * step;
         }
         assert_eq!((view.landmarks().len(), view.landmarks()[0].sightings), (1, 20));
-        assert!((pose.act(view.landmarks()[0].point) - place).norm() < 1e-12);
+        assert!((view.landmarks()[0].point - place).norm() < 1e-12);
         view.forget_beyond(5.0);
         assert_eq!(view.landmarks().len(), 1);
         view.advance(&Se2::new(6.0, 0.0, 0.0));
@@ -195,25 +273,49 @@ mod tests {
         assert!(view.landmarks().is_empty());
     }
 
+    fn scan(ranges: Vec<f64>) -> LaserScan {
+        let (angle_min, angle_increment, time_increment) = (-1.5, 0.01, 0.0);
+        let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min: 0.1, range_max: 20.0 };
+        LaserScan { stamp: 0.0, geometry, ranges, intensities: Vec::new() }
+    }
+
     #[test]
-    fn beams_of_scans_close_by_are_not_kept() {
-        let geometry = BeamGeometry {
-            angle_min: -1.5,
-            angle_increment: 0.01,
-            time_increment: 0.0,
-            range_min: 0.1,
-            range_max: 20.0,
-        };
+    fn scans_close_by_are_not_kept() {
         let mut view = LocalView::default();
         for _ in 0..100 {
-            view.look(&geometry, &[5.0; 300], &Se2::IDENTITY);
+            view.look(&scan(vec![5.0; 300]), &Se2::IDENTITY, Vector3::zeros());
             view.advance(&Se2::new(0.1, 0.0, 0.0));
         }
-        assert_eq!(view.beams().len(), SCANS);
-        assert!(view.beams().iter().all(|b| b.len() <= BEAMS));
+        assert_eq!(view.looks().len(), SCANS);
+        assert!(view.looks().iter().all(|l| l.beams.len() <= BEAMS));
         let mut broken = LocalView::default();
-        broken.look(&geometry, &[f64::NAN, 0.0, f64::INFINITY], &Se2::IDENTITY);
-        broken.look(&geometry, &[], &Se2::IDENTITY);
-        assert!(broken.beams().iter().all(Vec::is_empty));
+        broken.look(&scan(vec![f64::NAN, 0.0, f64::INFINITY]), &Se2::IDENTITY, Vector3::zeros());
+        broken.look(&scan(Vec::new()), &Se2::IDENTITY, Vector3::zeros());
+        assert!(broken.looks().iter().all(|l| l.beams.is_empty()) && broken.surface().points.is_empty());
+    }
+
+    /// The scan of a room of 8 by 6 m from a laser in it.
+    fn in_room(laser: &Se2) -> LaserScan {
+        let range = |k: usize| {
+            let (s, c) = (laser.theta() - 1.5 + 0.01 * k as f64).sin_cos();
+            let x = if c > 0.0 { (4.0 - laser.x()) / c } else { (-4.0 - laser.x()) / c };
+            let y = if s > 0.0 { (3.0 - laser.y()) / s } else { (-3.0 - laser.y()) / s };
+            x.min(y)
+        };
+        scan((0..300).map(range).collect())
+    }
+
+    #[test]
+    fn scans_lie_on_each_other_though_the_odometry_errs() {
+        let mount = Se2::new(0.3, 0.1, 0.4);
+        let (mut view, mut truth) = (LocalView::default(), Se2::IDENTITY);
+        for _ in 0..10 {
+            view.look(&in_room(&(truth * mount)), &mount, Vector3::zeros());
+            view.advance(&Se2::new(0.22, 0.01, 0.33));
+            truth = truth * Se2::new(0.2, 0.0, 0.3);
+        }
+        let error = view.looks()[9].pose.minus(&(truth * Se2::new(0.2, 0.0, 0.3).inverse()));
+        assert!(error.norm() < 0.01, "{error}");
+        assert!(view.surface().points.iter().all(|p| (p.x.abs() - 4.0).abs().min((p.y.abs() - 3.0).abs()) < 0.01));
     }
 }

@@ -89,7 +89,13 @@ pub(super) fn refine(guess: &Se2, seen: &[Seen], map: &StaticMap, options: &Relo
 }
 
 /// One-to-one pairs, nearest first.
-fn pair(pose: &Se2, seen: &[Seen], map: &StaticMap, radius: f64, options: &RelocalizeOptions) -> Vec<(usize, usize)> {
+pub(super) fn pair(
+    pose: &Se2,
+    seen: &[Seen],
+    map: &StaticMap,
+    radius: f64,
+    options: &RelocalizeOptions,
+) -> Vec<(usize, usize)> {
     let near = seen
         .iter()
         .enumerate()

@@ -1,0 +1,153 @@
+//! The pose held by the walls of the map where landmarks leave it weak.
+//!
+//! A scan is registered to the surfaces of the occupancy grid, A its pose there, with the filter's pose T and information
+//! P^-1 as prior under Student's loss, so that with e = log(T^-1 A) the readings alone say
+//!
+//! ```text
+//! w = min(1, (dof + 3) / (dof + e^T P^-1 e)),    P <- P / w                                 a jump loosens the pose
+//! Lambda r = Lambda e + w P^-1 e,    Lambda' = (I + Lambda M)^-1 Lambda,    Lambda' r = (I + Lambda M)^-1 Lambda r
+//! Lambda' = V D V^T:   rows sqrt(d_k) v_k^T with residuals v_k^T Lambda' r / sqrt(d_k) and unit noise update the pose
+//! ```
+//!
+//! M is the error of the grid, which neighbouring scans have in common: it has the covariance G and is forgotten over a way
+//! `MEMORY`. White noise that teaches as little on the way is
+//!
+//! ```text
+//! M = G max(1, 2 MEMORY / way since the last)
+//! ```
+//!
+//! so that standing still teaches nothing more. Directions that no wall stands across have no information, and none comes
+//! in. Landmarks are surveyed to millimetres, a grid is to centimetres: while they hold the pose better than `WEAK`, the walls are
+//! silent.
+//!
+//! **Motions.** Odometry rarely says how good it is. Where walls hold the pose, the factor on its variance follows from how
+//! far the walls are from where it led: `f <- f (1 + a (d^2 / 3 - 1))`, never below one.
+//!
+//! **Right or not.** Beams that agree with the grid, end before it, or go through its walls are counted for and against the
+//! pose (`relocalize::beams`), as evidence of being lost that adds to that of the landmarks.
+
+use crate::joint::{Gain, Linear, Motion};
+use crate::localizer::Localizer;
+use crate::quality::Status;
+use crate::relocalize::{Beam, beams_of};
+use crate::walls::Walls;
+use groma_geometry::Se2;
+use groma_models::LaserScan;
+use groma_registration::{Alignment, Prior, SurfaceScan};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
+
+/// Standard deviation of the position above which the walls are asked [m].
+const WEAK: f64 = 0.02;
+/// Way over which its error is forgotten [m].
+const MEMORY: f64 = 1.0;
+/// Way, or turn at a metre, between two scans that are taken [m].
+const STEP: f64 = 0.1;
+/// Share of a scan that must lie on walls.
+const ON_WALLS: f64 = 0.5;
+/// Independent beams a metre of way for or against the pose, and that much in one scan at most.
+const WITNESSES: (f64, f64) = (8.0, 4.0);
+/// Degrees of freedom of the prior: odometry may slip and jump.
+const PRIOR_DOF: f64 = 4.0;
+
+/// How fast the noise of the motions is learned, what one scan may say at most, and the largest factor on its variance.
+const LEARNING: f64 = 0.05;
+const MOST_EXCESS: f64 = 5.0;
+const MOST_FACTOR: f64 = 50.0;
+
+/// A scan put aside for the update, in the frame of the vehicle.
+#[derive(Clone, Debug)]
+pub(crate) struct Glance {
+    surface: SurfaceScan,
+    beams: Vec<Beam>,
+}
+
+impl Localizer {
+    /// The beams of a scan: while the vehicle is lost they help to find its place, else they are kept for the next update, where
+    /// walls hold the pose if landmarks do not.
+    pub fn look(&mut self, scan: &LaserScan) {
+        let (laser, end) = (self.laser_at(scan.stamp), scan.beam_stamp(scan.ranges.len()));
+        let twist = self.history.twist(scan.stamp, end);
+        let lost = self.quality.status == Status::Lost;
+        let Some(search) = &mut self.search else { return };
+        if lost {
+            search.look(scan, &laser, twist);
+        } else if self.options.mode.uses_walls() && search.walls().is_some() && self.stir - self.glanced >= STEP {
+            self.glance =
+                Some(Glance { surface: SurfaceScan::new(scan, &laser, twist), beams: beams_of(scan, &laser) });
+        }
+    }
+
+    /// Takes in what was looked at.
+    pub(crate) fn hold_by_walls(&mut self) {
+        let Some(glance) = self.glance.take() else { return };
+        let Some(walls) = self.search.as_ref().and_then(|s| s.walls()) else { return };
+        let way = (self.stir - self.glanced).min(2.0 * MEMORY);
+        self.glanced = self.stir;
+        if self.sigma_position() > WEAK {
+            self.register(&walls, &glance.surface, way);
+        }
+        let witnesses = (WITNESSES.0 * way).min(WITNESSES.1);
+        self.monitor.hear(witnesses * walls.log_ratio(&self.pose(), &glance.beams));
+    }
+
+    fn register(&mut self, walls: &Walls, scan: &SurfaceScan, way: f64) {
+        let Some(information) = self.covariance().try_inverse() else { return };
+        let prior = Prior { pose: self.pose(), information, dof: PRIOR_DOF };
+        let found = walls.register(scan, &prior);
+        self.held = found.share >= ON_WALLS && found.converged;
+        if !self.held {
+            return;
+        }
+        let (e, d_sq) = (found.pose.minus(&prior.pose), prior.distance_sq(&found.pose));
+        let weight = ((PRIOR_DOF + 3.0) / (PRIOR_DOF + d_sq)).min(1.0);
+        self.loosen(1.0 / weight);
+        self.doubt_motion(&found, &e, &information, walls);
+        let m = walls.covariance() * (2.0 * MEMORY / way).max(1.0);
+        let Some(damping) = (Matrix3::identity() + found.information * m).try_inverse() else { return };
+        let lambda = damping * found.information;
+        let towards = damping * (found.information * e + information * e * weight);
+        self.learn_pose(&(0.5 * (lambda + lambda.transpose())), &towards);
+    }
+
+    /// Learns how much worse the motions are than they say, from what the walls say of the pose.
+    fn doubt_motion(&mut self, found: &Alignment, e: &Vector3<f64>, information: &Matrix3<f64>, walls: &Walls) {
+        let readings = found.information.try_inverse().map(|c| c + walls.covariance());
+        let expected = readings.zip(information.try_inverse()).and_then(|(r, p)| (p + r).try_inverse());
+        let Some(expected) = expected else { return };
+        let excess = (e.dot(&(expected * e)) / 3.0).min(MOST_EXCESS);
+        self.motion_factor = (self.motion_factor * (1.0 + LEARNING * (excess - 1.0))).clamp(1.0, MOST_FACTOR);
+    }
+
+    /// Makes the covariance of the pose larger: the motions since the last scan were worse than they said.
+    fn loosen(&mut self, factor: f64) {
+        let covariance = self.covariance() * (factor - 1.0);
+        self.joint.predict(&Motion { motion: Se2::IDENTITY, covariance, by_drive: SMatrix::zeros() });
+    }
+
+    /// Updates the pose by information `lambda` on its perturbation and `lambda r`.
+    fn learn_pose(&mut self, lambda: &Matrix3<f64>, towards: &Vector3<f64>) {
+        let eigen = lambda.symmetric_eigen();
+        let mut rows = Matrix3::zeros();
+        let mut residual = Vector3::zeros();
+        for k in 0..3 {
+            let root = eigen.eigenvalues[k].max(0.0).sqrt();
+            if root > 1e-6 {
+                rows.set_row(k, &(eigen.eigenvectors.column(k).transpose() * root));
+                residual[k] = eigen.eigenvectors.column(k).dot(towards) / root;
+            }
+        }
+        let none = Matrix2x3::zeros();
+        for k in [0, 2] {
+            let by_pose = Matrix2x3::from_fn(|i, j| if k + i < 3 { rows[(k + i, j)] } else { 0.0 });
+            let residual = Vector2::new(residual[k], if k == 0 { residual[1] } else { 0.0 });
+            let linear = Linear { residual, by_pose, by_mount: none, landmark: None, noise: Matrix2::identity() };
+            self.joint.update(&linear, Gain::Pose, f64::INFINITY);
+        }
+        self.joint.settle();
+    }
+}
+
+/// Way that a motion counts for: a radian of turn is a metre.
+pub(crate) fn way_of(motion: &Se2) -> f64 {
+    motion.translation.norm() + motion.theta().abs()
+}
