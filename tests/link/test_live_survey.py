@@ -7,9 +7,10 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from random import Random
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -23,9 +24,13 @@ from groma.io.link_recording import Recorder, read_messages
 from groma.io.network_recording import LIVE, open_network, write_network
 from groma.link.itinerary import Itinerary
 from groma.link.node import ROBOT
-from groma.link.protocol import Detections, Numbered, Odometry, Stop, data_key, encode
+from groma.link.protocol import SITE, Detections, Numbered, Odometry, Stop, data_key, decode, encode
+from groma.link.session import connect
 from groma.link.sight import corners
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
+
+if TYPE_CHECKING:
+    import zenoh
 
 
 @pytest.fixture(scope="module")
@@ -163,6 +168,36 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
     recorded = [m for m in read_messages(tmp_path / "out" / "survey" / LIVE) if isinstance(m, Detections)]
     assert [m.stop for m in recorded if m.survey] == [0, 0, 0]
     assert (tmp_path / "journal" / "eye").is_dir()
+
+
+def test_the_command_leads_from_camera_to_camera(simulated: SimulatedNetwork, survey: Path, tmp_path: Path) -> None:
+    setup, first = tmp_path / "setup", simulated.scene.cameras[0].name
+    shutil.copytree(survey, setup, ignore=shutil.ignore_patterns("odometry.*", "detections.*"))
+    places = {camera.name: (8.0 * i, 0.0) for i, camera in enumerate(simulated.scene.cameras)}
+    ways = [[a, b] for a, b in pairwise(places)]
+    nodes = "".join(f"  {name}: [{x}, {y}]\n" for name, (x, y) in places.items())
+    edges = "".join(f"  - [{a}, {b}]\n" for a, b in ways)
+    (tmp_path / "floor.yaml").write_text(f"nodes:\n{nodes}edges:\n{edges}")
+    rows = [f"ODOM,{0.05 * i:.2f},/odom,odom,base_link,{min(i, 5) / 20},0,0" for i in range(70)]
+    (tmp_path / "drive.csv").write_text("\n".join(["# groma csv 1", *rows]) + "\n")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"127.0.0.1:{free.getsockname()[1]}"
+    words = [str(Path(sys.executable).with_name("groma")), "cameras", "survey", str(setup), "--endpoint", endpoint]
+    words += ["--drive", str(tmp_path / "drive.csv"), "--building", str(tmp_path / "floor.yaml")]
+    seen = next(message for message in sent(simulated) if isinstance(message, Detections) and message.sender == first)
+    with connect(endpoint) as session:
+
+        def look(sample: zenoh.Sample) -> None:
+            stop = decode(sample.payload.to_bytes(), str(sample.key_expr))
+            if isinstance(stop, Stop) and stop.standing:
+                session.put(data_key(SITE, first), encode(replace(seen, survey=stop.boot, stop=stop.stop)))
+
+        with session.declare_subscriber(data_key(SITE, ROBOT), look):
+            surveyed = subprocess.run(
+                [*words, "-o", str(tmp_path / "out")], capture_output=True, text=True, timeout=120
+            )
+    assert f"{first}: next drive 8 m to {ways[0][1]}, by (8.0, 0.0)" in surveyed.stderr
 
 
 @pytest.mark.parametrize(
