@@ -143,6 +143,8 @@ def test_a_plan_on_a_map_is_drawn_on_it(tmp_path: Path, capsys: pytest.CaptureFi
     assert command(["plan", "exploration", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "plan")]) == 0
     assert "bears a camera: say in graph.yaml" in capsys.readouterr().err
     assert "<image" in (tmp_path / "plan" / "report.html").read_text()
+    line = ["evaluate", "exploration", str(tmp_path / "map.yaml"), "--lambdas", "10", "-o", str(tmp_path / "curves")]
+    assert command(line) == 0
     assert command(["plan", "exploration", str(tmp_path / "plan" / "graph.yaml"), "-o", str(tmp_path / "again")]) == 0
 
 

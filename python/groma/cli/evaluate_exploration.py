@@ -18,7 +18,7 @@ from groma.evaluation.exploration import LAMBDAS, Matched, Traded, matched, trad
 from groma.exploration import Graph, SceneName
 from groma.exploration import scene as draw
 from groma.io.atomic import write_text
-from groma.io.camera_graph import read_graph
+from groma.io.building import read_building
 from groma.io.results import point_latest, result_directory, run_record, shown_command
 from groma.io.toml import to_toml
 from groma.report.exploration_report import comparison_report, match_line
@@ -41,7 +41,7 @@ def exploration(
     Parameters
     ----------
     graphs
-        Buildings as yaml files; an idealised scene when left out.
+        Buildings as yaml files, also nav2 maps; an idealised scene when left out.
     scene
         Kind of the idealised buildings.
     size
@@ -62,7 +62,7 @@ def exploration(
     if not lambdas:
         raise UserError("--lambdas: give at least one")
     seeds = range(buildings if scene == "sparse" else 1)
-    drawn = [read_graph(path) for path in graphs]
+    drawn = [read_building(path).graph for path in graphs]
     drawn = drawn or [draw(scene, size=size, step=step, density=density, seed=seed) for seed in seeds]
     directory = result_directory(output, datetime.now().astimezone())
     curves, matches = compared(drawn, lambdas)

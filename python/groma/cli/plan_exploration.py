@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -32,9 +31,9 @@ from groma.exploration import (
     scene as draw,
 )
 from groma.io.atomic import write_bytes, write_text
-from groma.io.camera_graph import read_graph, write_graph
+from groma.io.building import Building, read_building
+from groma.io.camera_graph import write_graph
 from groma.io.drive_plan import write_route, write_waypoints
-from groma.io.nav2_map import read_map
 from groma.io.results import point_latest, result_directory, run_record, shown_command
 from groma.io.toml import to_toml
 from groma.mapping import OccupancyGrid
@@ -132,7 +131,7 @@ def save(
     grid: OccupancyGrid | None = None,
 ) -> None:
     """Write all files of a plan, the report last; the map, if the building comes from one, is drawn under the walk."""
-    gif = animation(building, run) if frames else None
+    gif = animation(building, run, grid) if frames else None
     write_graph(directory / "graph.yaml", building)
     write_waypoints(directory / "waypoints.csv", building, run)
     write_route(directory / "route.geojson", building, run)
@@ -151,26 +150,13 @@ def _goal(lambda_: float | None, sigma: float | None, budget: float | None) -> G
     return given[0][1] if given else None
 
 
-@dataclass(frozen=True, slots=True)
-class _Building:
-    graph: Graph
-    grid: OccupancyGrid | None = None
-    """The map that it comes from."""
-    notes: tuple[str, ...] = ()
-
-
-def _building(path: Path | None, scene: SceneName | None, **values: float) -> _Building:
-    if (path is None) == (scene is None):
-        raise UserError("give either a file or --scene: groma plan exploration building.yaml")
+def _building(path: Path | None, scene: SceneName | None, **values: float) -> Building:
+    if path is not None and scene is None:
+        return read_building(path)
     if path is None and scene is not None:
         size, seed = int(values["size"]), int(values["seed"])
-        return _Building(draw(scene, size=size, step=values["step"], density=values["density"], seed=seed))
-    if path is not None and _is_map(path):
-        from groma.io.skeleton import graph_of_map
-
-        graph, notes = graph_of_map(path)
-        return _Building(graph, read_map(path), tuple(notes))
-    return _Building(read_graph(path or Path()))
+        return Building(draw(scene, size=size, step=values["step"], density=values["density"], seed=seed))
+    raise UserError("give either a file or --scene: groma plan exploration building.yaml")
 
 
 def _explored(building: Graph, settings: Settings) -> Run:
@@ -190,14 +176,6 @@ def _explored(building: Graph, settings: Settings) -> Run:
             progress.update(task, description=f"{distance:.0f} m, {found} of {cameras} cameras", completed=found)
 
         return explore(building, settings, tell)
-
-
-def _is_map(path: Path) -> bool:
-    """Return whether a yaml file is that of a nav2 map."""
-    try:
-        return "image:" in path.read_text("utf-8", errors="replace")[:2000]
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror or error})") from error
 
 
 def _figures(run: Run, tried: Tried | None) -> dict[str, object]:

@@ -60,10 +60,7 @@ def the_walk(graph: Graph, run: Run, grid: OccupancyGrid | None = None) -> Figur
     scale = min(_WIDE / width, _TALLEST / height)
     figure = sheet(height * scale + 0.6)
     ax = axes(figure, 0.55, 0.45, width * scale, height * scale)
-    if grid is not None:
-        image, extent = walls(grid)
-        ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
-    _draw(ax, graph, run, len(run.stops) - 1)
+    _draw(ax, graph, run, grid, len(run.stops) - 1)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
     return figure
 
@@ -102,24 +99,24 @@ def the_trade_off(curves: Sequence[Traded]) -> Figure:
     return figure
 
 
-def animation(graph: Graph, run: Run) -> bytes:
-    """Return the walk as an animated GIF: the robot, what it knows, and how well."""
+def animation(graph: Graph, run: Run, grid: OccupancyGrid | None = None) -> bytes:
+    """Return the walk as an animated GIF, on the map if any: the robot, what it knows, and how well."""
     step = max(1, math.ceil(len(run.stops) / FRAMES))
     shown = [*range(0, len(run.stops) - 1, step), len(run.stops) - 1]
-    images = [_frame(graph, run, number) for number in shown]
+    images = [_frame(graph, run, grid, number) for number in shown]
     file = io.BytesIO()
     times = [250] * (len(images) - 1) + [2500]
     images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=times, loop=0)
     return file.getvalue()
 
 
-def _frame(graph: Graph, run: Run, number: int) -> Image.Image:
+def _frame(graph: Graph, run: Run, grid: OccupancyGrid | None, number: int) -> Image.Image:
     low, high = _extent(graph)
     width, height = high - low
     scale = min(6.0 / width, 6.0 / height)
     figure = Figure((width * scale + 0.2, height * scale + 0.5), dpi=80, facecolor="white")
     ax = figure.add_axes((0.02, 0.02, 0.96, 0.96 - 0.35 / figure.get_figheight()))
-    _draw(ax, graph, run, number)
+    _draw(ax, graph, run, grid, number)
     stop = run.stops[number]
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xticks=[], yticks=[])
     found = count(len(stop.cameras), "camera")
@@ -130,8 +127,11 @@ def _frame(graph: Graph, run: Run, number: int) -> Image.Image:
     return Image.open(file).convert("RGB").quantize(32)
 
 
-def _draw(ax: Axes, graph: Graph, run: Run, last: int) -> None:
+def _draw(ax: Axes, graph: Graph, run: Run, grid: OccupancyGrid | None, last: int) -> None:
     ax.set_aspect("equal")
+    if grid is not None:
+        image, extent = walls(grid)
+        ax.imshow(image, extent=extent, origin="lower", interpolation="none", zorder=0)
     for edge in range(len(graph.edges)):
         ax.plot(*np.array(points(graph, edge, graph.edges[edge].ends[0])).T, color=LINE, linewidth=1.0, zorder=1)
     driven = Counter(stop.edge for stop in run.stops[: last + 1] if stop.edge is not None)
