@@ -13,6 +13,7 @@ from pathlib import Path
 from cyclopts import App, CycloptsError
 
 import groma
+from groma.cli.parameters import PLAIN
 from groma.errors import EstimationError, UserError
 
 GROUPS = {
@@ -52,9 +53,9 @@ _HELP = {
 
 def build(summaries: bool = False) -> App:
     """Return the commands; with summaries their first lines are looked up for a list of them, without an import."""
-    whole = App(name="groma", help=groma.__doc__, version=groma.__version__)
+    whole = App(name="groma", help=groma.__doc__, version=groma.__version__, default_parameter=PLAIN)
     for group, verbs in GROUPS.items():
-        parent = App(name=group, help=_HELP[group]) if group else whole
+        parent = App(name=group, help=_HELP[group], default_parameter=PLAIN) if group else whole
         for name, place in verbs.items():
             target = f"{__name__}.{place}"
             if summaries:

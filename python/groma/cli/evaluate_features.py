@@ -22,7 +22,7 @@ def features(
     *logs: Path,
     poses: Path | None = None,
     every: int = 3,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: bool = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
     """Say how repeatable FALKO corners are, raw and beyond chance, how many there are, and how many are seen only once.

@@ -21,7 +21,7 @@ from groma.report.loop_report import loop_figures, loop_report, loop_tables
 def loops(
     *logs: Path,
     poses: Path | None = None,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: bool = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
     """Say how many returns to known places are found by corners, and how many of the places found are right.

@@ -35,7 +35,7 @@ def motions(
     runs: int = DEFAULTS.tries.runs,
     views: int = DEFAULTS.tries.views,
     seed: int = DEFAULTS.tries.seed,
-    errors: Annotated[bool, Parameter(negative=())] = False,
+    errors: bool = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
 ) -> None:
     """Calibrate a camera by the drives that people use, from corners drawn with noise: what scatters, what is refused.

@@ -6,10 +6,8 @@ import json as json_text
 import math
 import sys
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-from cyclopts import Parameter
 from numpy.typing import NDArray
 
 from groma.errors import UserError
@@ -32,7 +30,7 @@ def trajectory(
     assoc: Rule = "nearest",
     max_dt: float = 0.1,
     max_gap: float = 2.0,
-    json: Annotated[bool, Parameter(negative="")] = False,
+    json: bool = False,
 ) -> None:
     """Say how far a trajectory is from the truth. All files may be gzipped.
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import json as json_text
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -19,7 +17,7 @@ from groma.io.recording import Recording, open_recording
 from groma.report.inspection_text import Section, as_json, sections
 
 
-def inspect(file: Path, /, *, json: Annotated[bool, Parameter(negative=())] = False) -> None:
+def inspect(file: Path, /, *, json: bool = False) -> None:
     """Tell what is in a recording: streams, rates, gaps, beams, odometry, frames, and which commands it can serve.
 
     groma inspect drive.mcap

@@ -37,12 +37,12 @@ def map_(
     scans: str | None = None,
     odometry: str | None = None,
     vehicle: Path | None = None,
-    online: Annotated[bool, Parameter(negative=())] = False,
+    online: bool = False,
     resolution: float | None = None,
     landmarks: Path | None = None,
     config: Path | None = None,
     threads: int | None = None,
-    rerun: Annotated[bool, Parameter(negative=())] = False,
+    rerun: bool = False,
 ) -> None:
     """Map a building from a recording: nav2 map, trajectory, pose graph, landmarks and a report.
 

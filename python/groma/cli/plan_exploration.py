@@ -58,7 +58,7 @@ def exploration(
     budget: float | None = None,
     strategy: StrategyName = "survey",
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    frames: Annotated[bool, Parameter(negative=())] = False,
+    frames: bool = False,
 ) -> None:
     """Plan the drive that finds and places the cameras of a building: distance against accuracy.
 

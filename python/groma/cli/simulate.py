@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 from cyclopts import App, Parameter
 
+from groma.cli.parameters import PLAIN
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
@@ -21,7 +22,7 @@ from groma.simulation import simulate as run
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
-app = App(name="simulate")
+app = App(name="simulate", default_parameter=PLAIN)
 app.command("groma.cli.simulate_cameras:cameras")
 app.command("groma.cli.simulate_vehicle:vehicle")
 app.command("groma.cli.simulate_localization:localization")

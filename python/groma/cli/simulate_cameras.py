@@ -26,7 +26,7 @@ def cameras(
     *,
     output: Annotated[Path, Parameter(alias="-o")],
     seed: int = 1,
-    images: Annotated[bool, Parameter(negative=())] = False,
+    images: bool = False,
 ) -> None:
     """Simulate a survey of cameras: writes a folder that `groma cameras map` takes, truth and settings in it.
 
