@@ -127,7 +127,7 @@ def test_a_drive_is_told_as_a_driver_needs_it() -> None:
 def test_a_plan_is_written_whole_and_with_the_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     line = ["plan", "camera", "--height", "2.2", "--down", "30", "--sigma", "2", "-o"]
     assert command([*line, str(tmp_path / "a")]) == 0
-    assert "bring the worst pixel from" in capsys.readouterr().out
+    assert "will bring the worst pixel from" in capsys.readouterr().out
     assert command([*line, str(tmp_path / "b")]) == 0
     for name in ("waypoints.csv", "plan.json", "metrics.json", "run.toml", "report.html"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
@@ -208,12 +208,13 @@ def test_a_mapped_camera_is_planned_for_in_the_frame_of_the_map(
         (["--start", "9", "0", "180"], 2, "outside its area"),
         (["--focal", "600"], 2, "--image and --focal go together"),
         (["--image", "640", "480", "--focal", "-1"], 2, "--image, --focal"),
+        (["--height", "9", "--down", "70"], 1, "are not reached"),
         (["--target", "none.toml"], 2, "none.toml"),
         (["--seen", "none.jsonl"], 2, "none.jsonl"),
         (
             ["--sigma", "0.001", "--side", "0.1", "--depth", "2", "2.1", "--start", "2", "0", "180"],
             1,
-            "cannot be reached",
+            "are not reached",
         ),
     ],
 )

@@ -128,11 +128,11 @@ def camera(
     save(directory, stage, plan, ranking, search, record, asked.foot)
     if output is None:
         point_latest(directory)
-    print(plan_verdict(plan, sigma))
+    print(plan_verdict(plan, search))
     print(f"{directory / 'report.html'}")
     if not plan.met:
         raise EstimationError(
-            f"{sigma:g} px cannot be reached: allow more floor (--depth, --side), other panels, or a larger --sigma"
+            f"{sigma:g} px are not reached: allow more floor (--depth, --side), other panels, or a larger --sigma"
         )
 
 

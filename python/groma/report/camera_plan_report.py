@@ -22,23 +22,29 @@ _FILES = {
     "run.toml": "settings, versions and the input's hash",
 }
 _LEAST_TURN = math.radians(0.5)
+_LEAST_WAY = 1e-3
+"""What is told of a drive at least [rad, m]."""
 
 
-def plan_verdict(plan: CameraPlan, target: float) -> str:
+def plan_verdict(plan: CameraPlan, search: Search) -> str:
     """Return one sentence: what to drive, and what it gives."""
     end = plan.end
     if len(plan.stops) == 1 and plan.met:
         return f"Nothing to drive: the worst pixel is known to {pixels(end.worst)} where the robot stands."
-    looks = count(len(plan.stops), "look")
-    if plan.met:
+    if not any(stop.views for stop in plan.stops):
         return (
-            f"{length(end.length)} with {looks} bring the worst pixel from {pixels(plan.worst_before)} to "
-            f"{pixels(end.worst)}."
+            "The camera reads none of the panels on this floor: their tags are too small in the image (less than "
+            "8\N{NO-BREAK SPACE}px), turned away by more than 75°, or beside it."
         )
-    return (
-        f"The worst pixel comes from {pixels(plan.worst_before)} to {pixels(end.worst)} in {length(end.length)} with "
-        f"{looks}, and no further: {pixels(target)} are not reached on this floor with these panels."
+    driven = length(end.length) if end.length > _LEAST_WAY else "Turning on the spot"
+    way = f"{driven} with {count(len(plan.stops), 'look')}"
+    from_, to = pixels(plan.worst_before), pixels(end.worst)
+    if plan.met:
+        return f"{way} will bring the worst pixel from {from_} to {to}."
+    why = (
+        f"{search.drives} drives are all" if end.leg + 1 >= search.drives else "no drive on this floor makes it better"
     )
+    return f"{way} will bring the worst pixel from {from_} to {to}, not to {pixels(search.target)}: {why}."
 
 
 def camera_plan_report(
@@ -46,7 +52,7 @@ def camera_plan_report(
 ) -> str:
     """Return the page."""
     over = text("p", "groma plan camera", "over")
-    header = Html(f"<header>{over}{text('h1', plan_verdict(plan, search.target))}</header>")
+    header = Html(f"<header>{over}{text('h1', plan_verdict(plan, search))}</header>")
     drive = [("final", "line", "the drive, a dot a look"), ("muted", "line", "ahead of the robot")]
     drive += [
         ("rejected", "bar", "foot of the camera"),

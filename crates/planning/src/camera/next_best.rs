@@ -10,7 +10,7 @@
 //! Effort is what the wheels drive, turns included; variance is what odometry loses on the drive at the place of the
 //! camera, which is what it brings into the map (`step.rs`); lambda weighs it as in the exploration. First by a quarter of
 //! the corners, the best few then by all. The best is driven, and so on until the worst pixel is good enough or no drive is
-//! worth anything. Greedy: a drive is judged for itself; to look three or five drives ahead gained nothing
+//! worth anything; where none around the robot is, places all over the floor are tried. Greedy: a drive is judged for itself; to look three or five drives ahead gained nothing
 //! (BENCHMARKS.md). Source of the idea: Richardson, Strom, Olson, "AprilCal", IROS 2013, there for poses of a panel in the
 //! hand.
 
@@ -32,6 +32,8 @@ const WORTH: f64 = 1e-6;
 const DISTANCES: [f64; 5] = [0.0, 0.25, 0.5, 0.9, 1.4];
 const DIRECTIONS: usize = 8;
 const HEADINGS: usize = 8;
+/// Places in a row and in a column, all over the floor.
+const SPOTS: usize = 6;
 /// Drives that are judged by all corners.
 const FINALISTS: usize = 6;
 
@@ -101,7 +103,9 @@ pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Start, search: &Sear
             break;
         }
         let here = plan.stops[plan.stops.len() - 1].pose;
-        let Some(way) = best(stage, &plan.knowledge, here, plan.worst(), search) else { break };
+        let near = || best(stage, &plan.knowledge, (here, plan.worst()), &candidates(here, search), search);
+        let far = || best(stage, &plan.knowledge, (here, plan.worst()), &everywhere(search), search);
+        let Some(way) = near().or_else(far) else { break };
         for stop in way {
             plan.look(stage, stop, leg);
             if plan.worst() <= search.target {
@@ -113,12 +117,18 @@ pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Start, search: &Sear
 }
 
 /// The stops on the way of the best drive; None when none is worth anything.
-fn best(stage: &Stage, knowledge: &Knowledge, here: Se2, now: f64, search: &Search) -> Option<Vec<Se2>> {
+fn best(
+    stage: &Stage,
+    knowledge: &Knowledge,
+    (here, now): (Se2, f64),
+    candidates: &[Se2],
+    search: &Search,
+) -> Option<Vec<Se2>> {
     let value = |step: Step, told: &Told| {
         let price = step.effort() + search.lambda * variance(&search.noise, &[step.from, step.to]) + START;
         (now / knowledge.with(told).worst().max(search.target)).ln() / price
     };
-    let steps = candidates(here, search).into_iter().map(|to| Step::new(here, to));
+    let steps = candidates.iter().map(|&to| Step::new(here, to));
     let mut judged: Vec<_> = steps.map(|step| (value(step, &glimpsed(stage, &step.stops(STRIDE))), step)).collect();
     judged.sort_by(|a, b| b.0.total_cmp(&a.0));
     let finalists = judged.into_iter().take(FINALISTS).map(|(_, step)| (step, step.stops(STRIDE)));
@@ -138,6 +148,14 @@ fn candidates(here: Se2, search: &Search) -> Vec<Se2> {
         })
     });
     poses.filter(|pose| search.allows(pose)).collect()
+}
+
+/// Poses all over the floor: where the camera reads nothing around the robot.
+fn everywhere(search: &Search) -> Vec<Se2> {
+    let part = |k: usize, low: f64, high: f64| low + (high - low) * k as f64 / (SPOTS - 1) as f64;
+    let spots = (0..SPOTS * SPOTS)
+        .map(|k| (part(k % SPOTS, search.depth[0], search.depth[1]), part(k / SPOTS, -search.side, search.side)));
+    spots.flat_map(|(x, y)| (0..HEADINGS).map(move |k| Se2::new(x, y, TAU * k as f64 / HEADINGS as f64))).collect()
 }
 
 /// What the looks on a way tell.
@@ -196,6 +214,15 @@ mod tests {
         let plan = next_best(&stage(), known, Se2::new(2.6, 0.0, PI).into(), &Search::default()).unwrap();
         assert!(plan.worst() <= 1.0);
         assert_eq!(plan.stops.len(), 1);
+    }
+
+    #[test]
+    fn a_robot_out_of_sight_comes_into_it() {
+        let search = Search { target: 2.0, depth: [1.2, 12.0], ..Search::default() };
+        let from = Se2::new(11.0, 2.0, 0.0);
+        assert!(stage().views(&from).is_empty());
+        let plan = next_best(&stage(), Knowledge::new(&stage().camera), from.into(), &search).unwrap();
+        assert!(plan.worst() <= 2.0);
     }
 
     #[test]
