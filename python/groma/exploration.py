@@ -340,8 +340,31 @@ def check(graph: Graph) -> None:
     _asked(lambda: _core.exploration_check(_core_graph(graph)))
 
 
-def try_walk(graph: Graph, walk: Iterable[int], *, noise: Noise | None = None, runs: int = 200, seed: int = 1) -> Tried:
+def try_walk(
+    graph: Graph,
+    walk: Iterable[int],
+    *,
+    noise: Noise | None = None,
+    runs: int = 200,
+    seed: int = 1,
+    progress: Callable[[int, int], object] | None = None,
+) -> Tried:
     """Drive a walk (ways from the start) many times with drawn noise: the filter, then least squares over the drive.
+
+    Parameters
+    ----------
+    graph
+        The building.
+    walk
+        The ways, one after the other.
+    noise
+        Standard deviations; the default ones when left out.
+    runs
+        How often.
+    seed
+        Of the first; each has its own.
+    progress
+        Called before each drive with those done and their number.
 
     Examples
     --------
@@ -359,7 +382,9 @@ def try_walk(graph: Graph, walk: Iterable[int], *, noise: Noise | None = None, r
         raise UserError(f"runs = {runs}, seed = {seed}: need at least 1 and 0")
     given, ways = _json(noise or DEFAULTS.noise), list(walk)
     return _asked(
-        lambda: msgspec.json.decode(_core.exploration_try(_core_graph(graph), ways, given, runs, seed), type=Tried)
+        lambda: msgspec.json.decode(
+            _core.exploration_try(_core_graph(graph), ways, given, runs, seed, progress), type=Tried
+        )
     )
 
 

@@ -3,6 +3,7 @@
 use groma_planning::exploration::monte_carlo::try_walk_while;
 use groma_planning::exploration::run::Stop;
 use groma_planning::exploration::{Event, Explorer, Graph, Noise, Place, Scene, Settings, explore_while};
+use pyo3::call::PyCallArgs;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
@@ -51,14 +52,18 @@ fn exploration_run(py: Python<'_>, graph: &str, settings: &str, tell: Option<Py<
 }
 
 /// Calls back, and lets Python see to its signals: Ctrl-C ends long work.
-fn asked(tell: Option<&Py<PyAny>>, values: (f64, usize)) -> PyResult<()> {
+fn asked<V>(tell: Option<&Py<PyAny>>, values: V) -> PyResult<()>
+where
+    V: for<'py> PyCallArgs<'py>,
+{
     Python::attach(|py| {
         py.check_signals()?;
         tell.map_or(Ok(()), |tell| tell.call1(py, values).map(|_| ()))
     })
 }
 
-/// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's.
+/// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's; `tell`, if given, is
+/// called with the drives that are done and their number.
 #[pyfunction]
 fn exploration_try(
     py: Python<'_>,
@@ -67,11 +72,12 @@ fn exploration_try(
     noise: &str,
     runs: usize,
     seed: u64,
+    tell: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
     let mut told = Ok(());
-    let mut goes_on = |_| {
-        told = Python::attach(|py| py.check_signals());
+    let mut goes_on = |done: usize| {
+        told = asked(tell.as_ref(), (done, runs));
         told.is_ok()
     };
     let tried = py.detach(|| try_walk_while(&graph, &walk, &noise, (runs, seed), &mut goes_on));

@@ -99,8 +99,7 @@ def exploration(
     directory = result_directory(output, datetime.now().astimezone())
     for note in building.notes:
         print(f"note: {note}", file=sys.stderr)
-    run = _explored(building.graph, settings)
-    tried = try_walk(building.graph, run.walk, noise=settings.noise, runs=TRIES, seed=seed)
+    run, tried = _planned(building.graph, settings, seed)
     given = {"scene": scene, "size": size, "step": step, "density": density, "seed": seed} if scene else {"seed": seed}
     record = run_record({"exploration": settings.table() | given}, graph, shown_command(sys.argv[1:]))
     save(directory, building.graph, run, tried, record, frames=frames, grid=building.grid)
@@ -159,23 +158,21 @@ def _building(path: Path | None, scene: SceneName | None, **values: float) -> Bu
     raise UserError("give either a file or --scene: groma plan exploration building.yaml")
 
 
-def _explored(building: Graph, settings: Settings) -> Run:
-    """Explore, with progress on a terminal."""
+def _planned(building: Graph, settings: Settings, seed: int) -> tuple[Run, Tried]:
+    """Explore and try the plan out, with progress on a terminal."""
     console, cameras = Console(stderr=True), sum(node.camera for node in building.nodes)
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeElapsedColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("explore", total=cameras)
 
-        def tell(distance: float, found: int) -> None:
-            progress.update(task, description=f"{distance:.0f} m, {found} of {cameras} cameras", completed=found)
+        def found(distance: float, count: int) -> None:
+            progress.update(task, description=f"{distance:.0f} m, {count} of {cameras} cameras", completed=count)
 
-        return explore(building, settings, tell)
+        def tried(done: int, runs: int) -> None:
+            progress.update(task, description=f"drive {done + 1} of {runs} with noise", completed=done, total=runs)
+
+        run = explore(building, settings, found)
+        return run, try_walk(building, run.walk, noise=settings.noise, runs=TRIES, seed=seed, progress=tried)
 
 
 def _figures(run: Run, tried: Tried | None) -> dict[str, object]:
