@@ -43,7 +43,7 @@ def main() -> None:
         tell(
             f"{height:4.2f}  {distance:3.1f} {best.motion:13} {best.worst:5.2f}"
             f"  {best.length:8.1f}  {best.effort:6.1f}  {len(best.stops):5}  {1000 * math.sqrt(best.variance):8.0f}"
-            f"  {end.length:4.1f}  {end.effort:4.1f}  {len(plan.stops):3}  {1000 * math.sqrt(end.variance):4.0f}"
+            f"  {end.length:4.1f}  {end.effort:4.1f}  {plan.looks:3}  {1000 * math.sqrt(end.variance):4.0f}"
             f"  {share[0]:9.2f}  {share[1]:4.2f}"
         )
     for name, row in (("mean", np.mean(shares, axis=0)), ("largest", np.max(shares, axis=0))):

@@ -143,6 +143,11 @@ class CameraPlan(msgspec.Struct, frozen=True):
         return self.stops[-1]
 
     @property
+    def looks(self) -> int:
+        """Number of stops at which a panel is seen anew; at the others the camera need not look."""
+        return sum(stop.views > 0 for stop in self.stops)
+
+    @property
     def poses(self) -> Array:
         """The poses (n, 3) at which the camera looks."""
         return np.array([stop.pose for stop in self.stops])
@@ -218,7 +223,7 @@ def plan_camera(
     along: Sequence[tuple[float, float, float]] | None = None,
     covariance: Array | None = None,
     seen: Sequence[Detection] = (),
-    start_seen: bool = False,
+    looked: Sequence[tuple[float, float, float]] = (),
 ) -> CameraPlan:
     """Find the drives that make projections as certain as asked, each the best for what it costs.
 
@@ -236,8 +241,8 @@ def plan_camera(
         (n, n) of the camera's parameters, when it was calibrated before; without it they are taken as nominal.
     seen
         What this camera saw of the panels since.
-    start_seen
-        Whether what it sees from the start is in `seen`: it then counts once.
+    looked
+        Poses of the robot from which it did: what it would see from there again tells nothing new.
 
     Raises
     ------
@@ -245,7 +250,7 @@ def plan_camera(
         When a number is out of range, or the robot starts where it may not be.
     """
     rows = None if covariance is None else np.asarray(covariance).tolist()
-    known = _json({"covariance": rows, "views": [len(d.corners) for d in seen], "is_seen": start_seen})
+    known = _json({"covariance": rows, "views": [len(d.corners) for d in seen], "looked": list(looked)})
     points, pixels, sigmas = flat_corners(stage.target, seen)
     request, poses = (_json(stage), start), None if along is None else [(x, y, theta) for x, y, theta in along]
     for pose in (start, *(poses or ())):

@@ -6,7 +6,7 @@ use groma_calibration::camera::Sighting;
 use groma_geometry::{Se2, Se3, So3};
 use groma_models::{Camera, Target};
 use groma_planning::camera::{
-    Drive, FAN, Judged, Knowledge, Motion, Plan, SIGMA, Search, Sitting, Stage, Start, Tries, mount, next_best,
+    Drive, FAN, Judged, Knowledge, Known, Motion, Plan, SIGMA, Search, Sitting, Stage, Tries, mount, next_best,
     nominal_camera, ranking, study, trials, upright_panels,
 };
 use groma_planning::exploration::Noise;
@@ -55,10 +55,10 @@ impl StageSpec {
 
 /// What is known of a camera before a drive.
 #[derive(Deserialize)]
-struct Known {
+struct KnownSpec {
     covariance: Option<Vec<Vec<f64>>>,
     views: Vec<usize>,
-    is_seen: bool,
+    looked: Vec<(f64, f64, f64)>,
 }
 
 /// Search, trials, nominal camera, target, noise of corners.
@@ -79,7 +79,7 @@ fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
 }
 
 /// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, the
-/// number of corners of each panel seen, and whether what is seen from the start is among them; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
+/// number of corners of each panel seen, and from where; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn camera_plan(
@@ -96,14 +96,15 @@ fn camera_plan(
     let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
     search.validate().map_err(invalid)?;
     let seen = sightings(&points, &pixels, &sigmas);
-    let known: Known = parse(known)?;
-    let start = Start { pose: pose(start), is_seen: known.is_seen };
+    let known: KnownSpec = parse(known)?;
+    let looked = known.looked.iter().copied().map(pose).collect();
     let before = knowledge(&stage.camera, known, &seen)?;
+    let known = Known { knowledge: before.clone(), looked };
     let plan = py.detach(|| match poses {
-        None => next_best(&stage, before.clone(), start, &search),
+        None => next_best(&stage, known, pose(start), &search),
         Some(poses) => {
             let poses: Vec<Se2> = poses.into_iter().map(pose).collect();
-            Ok(Plan::along(&stage, before.clone(), start, &poses))
+            Ok(Plan::along(&stage, known, pose(start), &poses))
         }
     });
     let plan = plan.map_err(invalid)?;
@@ -148,7 +149,7 @@ fn pose(p: (f64, f64, f64)) -> Se2 {
     Se2::new(p.0, p.1, p.2)
 }
 
-fn knowledge(camera: &Camera, known: Known, seen: &[Sighting]) -> PyResult<Knowledge> {
+fn knowledge(camera: &Camera, known: KnownSpec, seen: &[Sighting]) -> PyResult<Knowledge> {
     let n = camera.count();
     let mut knowledge = match known.covariance {
         None => Knowledge::new(camera),

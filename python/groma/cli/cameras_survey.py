@@ -148,8 +148,8 @@ def told(advice: Advice) -> str:
         return f"{known}, as wanted: go on"
     if not advice.looks:
         return f"{known}, and no drive around here makes it better"
-    way = instruction(advice.start, advice.looks)
-    return f"{known}; next: {way}, stopping {len(advice.looks)} times on the way ({pixels(advice.expected)} then)"
+    way, stops = instruction(advice.start, advice.looks), sum(look.views > 0 for look in advice.looks)
+    return f"{known}; next: {way}, stopping {stops} times on the way ({pixels(advice.expected)} then)"
 
 
 def _copy_setup(setup: Path, recorded: Path) -> None:

@@ -250,7 +250,7 @@ def _figures(plan: CameraPlan, ranking: tuple[Judged, ...]) -> dict[str, object]
         "distance_m": _stable(end.length),
         "effort_m": _stable(end.effort),
         "odometry_sigma_m": _stable(math.sqrt(end.variance)),
-        "looks": len(plan.stops),
+        "looks": plan.looks,
         "panels_seen": sum(stop.views for stop in plan.stops),
         "panels_seen_before": plan.seen,
         "motions": {

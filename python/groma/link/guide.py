@@ -67,6 +67,8 @@ class Guide:
     search: Search = DEFAULTS.search
     seen: dict[str, list[Detection]] = field(default_factory=dict)
     """What counts, by camera."""
+    looked: dict[str, list[Pose]] = field(default_factory=dict)
+    """Where the robot stood then, in the frame of the odometry."""
     _pose: Pose | None = None
     _stood: dict[tuple[str, int], Pose] = field(default_factory=dict)
     _heard: set[tuple[str, str, int]] = field(default_factory=set)
@@ -92,6 +94,7 @@ class Guide:
             return None
         self._heard.add(told)
         self.seen.setdefault(known.name, []).extend(found)
+        self.looked.setdefault(known.name, []).append(pose)
         return self._advise(known, found, pose)
 
     def _belongs(self, corners: protocol.Corners) -> bool:
@@ -114,7 +117,8 @@ class Guide:
         stage = Stage(mount, known.camera, self.target)
         seen = self.seen[known.name]
         start = (max(x, 0.1), y, heading)
-        plan = plan_camera(stage, start, search, covariance=known.covariance, seen=seen, start_seen=True)
+        looked = [on_floor(foot, pose) for pose in self.looked[known.name]]
+        plan = plan_camera(stage, start, search, covariance=known.covariance, seen=seen, looked=looked)
         met, looks = plan.worst_before <= search.target, plan.stops[1:]
         poses = tuple(from_floor(foot, look.pose) for look in looks)
         return Advice(known.name, plan.worst_before, met, plan.end.worst, plan.stops[0], looks, poses)

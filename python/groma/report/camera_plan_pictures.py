@@ -13,6 +13,7 @@ from groma.camera_calibration import projection_sigmas
 from groma.camera_plan import CameraPlan, Judged, Search, Stage
 from groma.network import rotation_matrix
 from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, WIDTH, Array, axes, drawn, sheet
+from groma.report.words import pixels
 
 _LEFT, _BOTTOM, _TOP = 0.55, 0.45, 0.3
 _TICK = 0.14
@@ -98,10 +99,10 @@ def before_and_after(camera: Camera, plan: CameraPlan) -> Figure:
 
 
 def _draw_sigmas(ax: Axes, camera: Camera, covariance: Array) -> None:
-    pixels, sigmas = projection_sigmas(camera, covariance)
+    grid, sigmas = projection_sigmas(camera, covariance)
     if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > 1.2 * np.nanmin(sigmas) > 0:
         levels = np.geomspace(np.nanmin(sigmas) * 1.05, np.nanmax(sigmas) * 0.95, 5)
-        lines = ax.contour(pixels[..., 0], pixels[..., 1], sigmas, levels=levels, colors=[FINAL], linewidths=1.0)
+        lines = ax.contour(grid[..., 0], grid[..., 1], sigmas, levels=levels, colors=[FINAL], linewidths=1.0)
         ax.clabel(lines, fmt=pixels, fontsize=7.5, colors=[INK])
 
 

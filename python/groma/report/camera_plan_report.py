@@ -37,7 +37,7 @@ def plan_verdict(plan: CameraPlan, search: Search) -> str:
             "8\N{NO-BREAK SPACE}px), turned away by more than 75°, or beside it."
         )
     driven = length(end.length) if end.length > _LEAST_WAY else "Turning on the spot"
-    way = f"{driven} with {count(len(plan.stops), 'look')}"
+    way = f"{driven} with {count(plan.looks, 'look')}"
     from_, to = pixels(plan.worst_before), pixels(end.worst)
     if plan.met:
         return f"{way} will bring the worst pixel from {from_} to {to}."
@@ -129,7 +129,7 @@ def _facts(plan: CameraPlan) -> list[tuple[str, str]]:
         ("worst pixel after", pixels(end.worst)),
         ("distance", length(end.length)),
         ("at the wheels, with turns", length(end.effort)),
-        ("looks", str(len(plan.stops))),
+        ("looks", str(plan.looks)),
         ("odometry adds to the camera's place", length(math.sqrt(end.variance))),
     ]
 
@@ -151,7 +151,7 @@ def _legs(plan: CameraPlan) -> Html:
             instruction(before, after),
             f"{number(after[-1].pose[0], 2)}, {number(after[-1].pose[1], 2)}",
             number(math.degrees(after[-1].pose[2]), 0),
-            str(len(after)),
+            str(sum(stop.views > 0 for stop in after)),
             short(after[-1].worst),
         ]
         for k, (before, after) in enumerate(legs(plan))

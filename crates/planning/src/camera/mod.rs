@@ -18,7 +18,7 @@ mod trial;
 pub use knowledge::Knowledge;
 pub use motion::{Drive, Motion};
 pub use next_best::{Search, next_best};
-pub use plan::{Plan, Start, Stop};
+pub use plan::{Known, Plan, Stop};
 pub use ranking::{Judged, ranking};
 pub use stage::{FAN, PanelView, SIGMA, Stage, mount, nominal_camera, upright_panels};
 pub use study::{Sitting, Study, study};

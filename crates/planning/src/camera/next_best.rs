@@ -14,8 +14,8 @@
 //! (BENCHMARKS.md). Source of the idea: Richardson, Strom, Olson, "AprilCal", IROS 2013, there for poses of a panel in the
 //! hand.
 
-use super::knowledge::{Knowledge, Told, told};
-use super::plan::{Plan, Start};
+use super::knowledge::{Told, told};
+use super::plan::{Known, Plan};
 use super::stage::{PanelView, Stage};
 use super::step::{STRIDE, Step, variance};
 use crate::error::Error;
@@ -90,21 +90,21 @@ impl Search {
 ///
 /// # Errors
 /// When the request makes no sense, or the robot stands where it may not be.
-pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Start, search: &Search) -> Result<Plan, Error> {
+pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search) -> Result<Plan, Error> {
     search.validate()?;
-    if !search.allows(&from.pose) {
-        let (x, y, [near, far], side) = (from.pose.x(), from.pose.y(), search.depth, search.side);
+    if !search.allows(&from) {
+        let (x, y, [near, far], side) = (from.x(), from.y(), search.depth, search.side);
         let area = format!("{near} to {far} m before the camera and {side} m to either side");
         return Err(Error::Graph(format!("the robot starts at x {x:.2} m, y {y:.2} m, outside its area: {area}")));
     }
-    let mut plan = Plan::begin(stage, knowledge, from);
+    let mut plan = Plan::begin(stage, known, from);
     for leg in 0..search.drives {
         if plan.worst() <= search.target {
             break;
         }
         let here = plan.stops[plan.stops.len() - 1].pose;
-        let near = || best(stage, &plan.knowledge, (here, plan.worst()), &candidates(here, search), search);
-        let far = || best(stage, &plan.knowledge, (here, plan.worst()), &everywhere(search), search);
+        let near = || best(stage, &plan, here, &candidates(here, search), search);
+        let far = || best(stage, &plan, here, &everywhere(search), search);
         let Some(way) = near().or_else(far) else { break };
         for stop in way {
             plan.look(stage, stop, leg);
@@ -117,22 +117,18 @@ pub fn next_best(stage: &Stage, knowledge: Knowledge, from: Start, search: &Sear
 }
 
 /// The stops on the way of the best drive; None when none is worth anything.
-fn best(
-    stage: &Stage,
-    knowledge: &Knowledge,
-    (here, now): (Se2, f64),
-    candidates: &[Se2],
-    search: &Search,
-) -> Option<Vec<Se2>> {
+fn best(stage: &Stage, plan: &Plan, here: Se2, candidates: &[Se2], search: &Search) -> Option<Vec<Se2>> {
     let value = |step: Step, told: &Told| {
         let price = step.effort() + search.lambda * variance(&search.noise, &[step.from, step.to]) + START;
-        (now / knowledge.with(told).worst().max(search.target)).ln() / price
+        (plan.worst() / plan.knowledge.with(told).worst().max(search.target)).ln() / price
     };
+    let new = |way: &[Se2]| way.iter().copied().filter(|stop| plan.is_new(stop)).collect::<Vec<_>>();
     let steps = candidates.iter().map(|&to| Step::new(here, to));
-    let mut judged: Vec<_> = steps.map(|step| (value(step, &glimpsed(stage, &step.stops(STRIDE))), step)).collect();
+    let mut judged: Vec<_> =
+        steps.map(|step| (value(step, &glimpsed(stage, &new(&step.stops(STRIDE)))), step)).collect();
     judged.sort_by(|a, b| b.0.total_cmp(&a.0));
     let finalists = judged.into_iter().take(FINALISTS).map(|(_, step)| (step, step.stops(STRIDE)));
-    let valued = finalists.map(|(step, way)| (value(step, &seen(stage, &way)), way));
+    let valued = finalists.map(|(step, way)| (value(step, &seen(stage, &new(&way))), way));
     let best = valued.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 > WORTH).then_some(best.1)
 }
@@ -175,6 +171,7 @@ fn of(stage: &Stage, view: &PanelView, sigma: f64) -> Option<Told> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::knowledge::Knowledge;
     use super::super::stage::{FAN, SIGMA, mount, nominal_camera, upright_panels};
     use super::*;
     use crate::camera::ranking;
@@ -186,7 +183,7 @@ mod tests {
     }
 
     fn planned(search: &Search) -> Plan {
-        next_best(&stage(), Knowledge::new(&stage().camera), Se2::new(2.6, 0.0, PI).into(), search).unwrap()
+        next_best(&stage(), Knowledge::new(&stage().camera).into(), Se2::new(2.6, 0.0, PI), search).unwrap()
     }
 
     #[test]
@@ -211,7 +208,7 @@ mod tests {
     #[test]
     fn a_camera_known_well_enough_needs_no_drive() {
         let known = planned(&Search { target: 1.0, ..Search::default() }).knowledge;
-        let plan = next_best(&stage(), known, Se2::new(2.6, 0.0, PI).into(), &Search::default()).unwrap();
+        let plan = next_best(&stage(), known.into(), Se2::new(2.6, 0.0, PI), &Search::default()).unwrap();
         assert!(plan.worst() <= 1.0);
         assert_eq!(plan.stops.len(), 1);
     }
@@ -221,7 +218,7 @@ mod tests {
         let search = Search { target: 2.0, depth: [1.2, 12.0], ..Search::default() };
         let from = Se2::new(11.0, 2.0, 0.0);
         assert!(stage().views(&from).is_empty());
-        let plan = next_best(&stage(), Knowledge::new(&stage().camera), from.into(), &search).unwrap();
+        let plan = next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search).unwrap();
         assert!(plan.worst() <= 2.0);
     }
 
@@ -231,7 +228,7 @@ mod tests {
         let mut knowledge = Knowledge::new(&stage.camera);
         knowledge.look(&stage, &stage.views(&pose));
         let search = Search { target: 2.0, ..Search::default() };
-        let plan = next_best(&stage, knowledge, Start { pose, is_seen: true }, &search).unwrap();
+        let plan = next_best(&stage, Known { knowledge, looked: vec![pose] }, pose, &search).unwrap();
         let anew = planned(&search);
         assert_eq!(plan.stops.len(), anew.stops.len());
         assert!(plan.stops.iter().zip(&anew.stops).all(|(a, b)| (a.worst - b.worst).abs() < 1e-9 && a.pose == b.pose));
@@ -239,13 +236,13 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_refused() {
-        let from: Start = Se2::new(2.6, 0.0, PI).into();
+        let from = Se2::new(2.6, 0.0, PI);
         let refused =
-            |search: Search, from| next_best(&stage(), Knowledge::new(&stage().camera), from, &search).is_err();
+            |search: Search, from| next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search).is_err();
         assert!(refused(Search { target: f64::NAN, ..Search::default() }, from));
         assert!(refused(Search { depth: [3.0, 2.0], ..Search::default() }, from));
         assert!(refused(Search { lambda: -1.0, ..Search::default() }, from));
-        assert!(refused(Search::default(), Se2::new(9.0, 0.0, PI).into()));
+        assert!(refused(Search::default(), Se2::new(9.0, 0.0, PI)));
     }
     /// Distance and effort to the worst pixel of the best drive that people use, as shares of that drive's.
     fn shares(height: f64, distance: f64) -> (f64, f64) {
@@ -253,8 +250,8 @@ mod tests {
         let stage = Stage::new(nominal_camera().unwrap(), mount, upright_panels(&FAN), SIGMA).unwrap();
         let fixed = &ranking(&stage, distance, &Noise::default()).unwrap()[0];
         let search = Search { target: fixed.worst, ..Search::default() };
-        let from = Se2::new(distance, 0.0, PI).into();
-        let plan = next_best(&stage, Knowledge::new(&stage.camera), from, &search).unwrap();
+        let from = Se2::new(distance, 0.0, PI);
+        let plan = next_best(&stage, Knowledge::new(&stage.camera).into(), from, &search).unwrap();
         assert!(plan.worst() <= fixed.worst);
         (plan.drive().length() / fixed.drive.length(), plan.drive().effort() / fixed.drive.effort())
     }

@@ -1,10 +1,32 @@
 //! Looks along a drive, and what is known at each.
+//!
+//! A look counts once: from where the camera saw the robot already, within 0.1 m and 0.1 rad, it would see the same again,
+//! the errors of lens and print included, which no averaging takes away.
 
 use super::knowledge::Knowledge;
 use super::motion::Drive;
 use super::stage::Stage;
 use super::step::{STRIDE, Step};
-use groma_geometry::Se2;
+use groma_geometry::{Se2, wrap};
+
+/// Poses nearer than this look the same [m], [rad].
+const SAME: (f64, f64) = (0.1, 0.1);
+
+/// What is known of a camera before a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    /// Of its intrinsics.
+    pub knowledge: Knowledge,
+    /// Poses from which that was seen.
+    pub looked: Vec<Se2>,
+}
+
+impl From<Knowledge> for Known {
+    /// Known from elsewhere.
+    fn from(knowledge: Knowledge) -> Self {
+        Self { knowledge, looked: vec![] }
+    }
+}
 
 /// A pose at which the camera looks, and what is known then.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,26 +35,10 @@ pub struct Stop {
     pub pose: Se2,
     /// Number of the drive; the start has that of the first.
     pub leg: usize,
-    /// Panels seen there, without those known already.
+    /// Panels seen there; none where it was seen so before.
     pub views: usize,
     /// Worst standard deviation of a pixel [pixel].
     pub worst: f64,
-}
-
-/// Where a drive begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start {
-    /// Of the robot.
-    pub pose: Se2,
-    /// Whether what the camera sees there is in what is known already.
-    pub is_seen: bool,
-}
-
-impl From<Se2> for Start {
-    /// A place from which nothing was seen yet.
-    fn from(pose: Se2) -> Self {
-        Self { pose, is_seen: false }
-    }
 }
 
 /// Drives one after the other.
@@ -42,14 +48,16 @@ pub struct Plan {
     pub stops: Vec<Stop>,
     /// What is known at its end.
     pub knowledge: Knowledge,
+    /// Poses from which the camera saw the robot, those before the drive included.
+    looked: Vec<Se2>,
 }
 
 impl Plan {
     /// A drive that is given as poses to turn and drive to, with looks on the way.
     #[must_use]
-    pub fn along(stage: &Stage, knowledge: Knowledge, from: Start, poses: &[Se2]) -> Self {
-        let mut plan = Self::begin(stage, knowledge, from);
-        let mut here = from.pose;
+    pub fn along(stage: &Stage, known: Known, from: Se2, poses: &[Se2]) -> Self {
+        let mut plan = Self::begin(stage, known, from);
+        let mut here = from;
         for (leg, &to) in poses.iter().enumerate() {
             Step::new(here, to).stops(STRIDE).into_iter().for_each(|stop| plan.look(stage, stop, leg));
             here = to;
@@ -57,21 +65,28 @@ impl Plan {
         plan
     }
 
-    pub(super) fn begin(stage: &Stage, knowledge: Knowledge, from: Start) -> Self {
-        let mut plan = Self { stops: vec![], knowledge };
-        if from.is_seen {
-            let worst = plan.knowledge.worst();
-            plan.stops.push(Stop { pose: from.pose, leg: 0, views: 0, worst });
-        } else {
-            plan.look(stage, from.pose, 0);
-        }
+    pub(super) fn begin(stage: &Stage, known: Known, from: Se2) -> Self {
+        let mut plan = Self { stops: vec![], knowledge: known.knowledge, looked: known.looked };
+        plan.look(stage, from, 0);
         plan
     }
 
     pub(super) fn look(&mut self, stage: &Stage, pose: Se2, leg: usize) {
-        let views = stage.views(&pose);
+        let views = if self.is_new(&pose) { stage.views(&pose) } else { vec![] };
         self.knowledge.look(stage, &views);
+        if !views.is_empty() {
+            self.looked.push(pose);
+        }
         self.stops.push(Stop { pose, leg, views: views.len(), worst: self.knowledge.worst() });
+    }
+
+    /// Whether the camera never saw the robot so.
+    pub(super) fn is_new(&self, pose: &Se2) -> bool {
+        let apart = |old: &Se2| {
+            let turn = wrap(pose.theta() - old.theta()).abs();
+            (pose.translation - old.translation).norm() > SAME.0 || turn > SAME.1
+        };
+        self.looked.iter().all(apart)
     }
 
     /// Worst standard deviation of a pixel at its end [pixel].

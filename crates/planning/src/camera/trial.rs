@@ -195,8 +195,8 @@ mod tests {
     fn the_next_best_drive_gives_what_it_promises() {
         let mount = mount(2.0, (1.2_f64 / 2.6).atan()).unwrap();
         let stage = Stage::new(nominal_camera().unwrap(), mount, upright_panels(&FAN), SIGMA).unwrap();
-        let from = Se2::new(2.6, 0.0, std::f64::consts::PI).into();
-        let plan = next_best(&stage, Knowledge::new(&stage.camera), from, &Search::default()).unwrap();
+        let from = Se2::new(2.6, 0.0, std::f64::consts::PI);
+        let plan = next_best(&stage, Knowledge::new(&stage.camera).into(), from, &Search::default()).unwrap();
         let found = trials(&stage, &plan.drive(), &Tries { runs: 40, views: usize::MAX, seed: 1 });
         let (worst, promised) = (found.worst.unwrap(), found.worst_predicted.unwrap());
         println!(
