@@ -14,10 +14,10 @@
 //!
 //! The joint state is used as a scratch pad and put back, unless what was learned is all there is to learn.
 
+use crate::gates::Gates;
 use crate::jcbb::{Candidate, jcbb};
 use crate::joint::{Gain, Joint, Linear, inverse};
 use crate::options::Options;
-use groma_estimation::chi_square;
 use nalgebra::{Matrix2, Vector2};
 
 /// A pairing that was taken.
@@ -47,8 +47,7 @@ pub(crate) struct Open {
 pub(crate) struct Association<'a, F> {
     pub joint: &'a mut Joint,
     pub options: &'a Options,
-    /// chi2(2, p) of the gate.
-    pub gate: f64,
+    pub gates: &'a Gates,
     /// Whether a landmark holds the pose.
     pub holds: F,
     pub taken: Vec<Pairing>,
@@ -107,7 +106,7 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
     /// JCBB over some observations, given what was taken; what stays in doubt is taken with its doubt.
     fn search(&mut self, open: Vec<Open>) {
         let candidates: Vec<Vec<Candidate>> = open.iter().map(|o| o.candidates.clone()).collect();
-        let found = jcbb(self.joint, &candidates, self.options.gate, self.options.max_nodes);
+        let found = jcbb(self.joint, &candidates, self.gates, self.options.max_nodes);
         self.cut_short |= !found.complete;
         let pick = |(o, choice): (&Open, Option<usize>)| choice.map(|k| (o.observation, o.candidates[k]));
         let chosen: Vec<(usize, Candidate)> = open.iter().zip(found.choice).filter_map(pick).collect();
@@ -155,7 +154,7 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
 
     /// Takes a pairing if it still passes the gate.
     fn take(&mut self, observation: usize, candidate: &Candidate) {
-        self.accept(observation, candidate, self.gate);
+        self.accept(observation, candidate, self.gates.of(1));
     }
 
     fn accept(&mut self, observation: usize, candidate: &Candidate, gate: f64) {
@@ -171,11 +170,12 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
 
     /// What the better pose leaves of the candidates.
     fn gate_again(&self, open: &mut Vec<Open>) {
+        let gate = self.gates.of(1);
         let taken: Vec<usize> = self.taken.iter().map(|p| p.landmark).collect();
         for o in open.iter_mut() {
             o.candidates.retain_mut(|c| {
                 c.distance_sq = self.joint.distance_sq(&c.linear).unwrap_or(f64::INFINITY);
-                c.distance_sq <= self.gate && !taken.contains(&c.landmark)
+                c.distance_sq <= gate && !taken.contains(&c.landmark)
             });
         }
         open.retain(|o| !o.candidates.is_empty());
@@ -183,7 +183,7 @@ impl<F: Fn(usize) -> bool> Association<'_, F> {
 
     fn passes_jointly(&self) -> bool {
         let sum: f64 = self.taken.iter().map(|p| p.distance_sq).sum();
-        self.taken.is_empty() || chi_square::passes_gate(sum, 2 * self.taken.len(), self.options.gate)
+        self.taken.is_empty() || sum <= self.gates.of(self.taken.len())
     }
 }
 

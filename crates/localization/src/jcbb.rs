@@ -20,8 +20,8 @@
 //! Source: J. Neira, J. D. Tardos, "Data association in stochastic mapping using the joint compatibility test", IEEE T-RA
 //! 17(6), 2001.
 
+use crate::gates::Gates;
 use crate::joint::{Joint, Linear};
-use groma_estimation::chi_square;
 use nalgebra::{Matrix2, Vector2};
 
 /// A nearest neighbour is clear when the second is at least twice as far, squared.
@@ -53,11 +53,10 @@ pub(crate) struct Hypothesis {
     pub complete: bool,
 }
 
-/// The best hypothesis for `candidates` of each observation; pairings pass the joint gate of probability `gate`.
-pub(crate) fn jcbb(joint: &Joint, candidates: &[Vec<Candidate>], gate: f64, max_nodes: usize) -> Hypothesis {
+/// The best hypothesis for `candidates` of each observation; its pairings pass the joint gate.
+pub(crate) fn jcbb(joint: &Joint, candidates: &[Vec<Candidate>], gates: &Gates, max_nodes: usize) -> Hypothesis {
     let mut order: Vec<usize> = (0..candidates.len()).filter(|&o| !candidates[o].is_empty()).collect();
     order.sort_by_key(|&o| candidates[o].len());
-    let gates: Vec<f64> = (0..=order.len()).map(|k| chi_square::quantile(gate, 2 * k)).collect();
     let mut search = Search {
         joint,
         candidates,
@@ -80,7 +79,7 @@ struct Search<'a> {
     joint: &'a Joint,
     candidates: &'a [Vec<Candidate>],
     order: Vec<usize>,
-    gates: Vec<f64>,
+    gates: &'a Gates,
     factor: Factor,
     choice: Choice,
     best: Choice,
@@ -116,7 +115,7 @@ impl Search<'_> {
         self.nodes_left -= 1;
         if self.factor.push(self.joint, &candidate.linear) {
             let (pairs, distance_sq) = (self.factor.pairs(), self.factor.distance_sq());
-            if distance_sq <= self.gates[pairs] && self.may_win(reachable, distance_sq) {
+            if distance_sq <= self.gates.of(pairs) && self.may_win(reachable, distance_sq) {
                 self.choice[observation] = Some(k);
                 self.branch(depth + 1);
                 self.choice[observation] = None;
@@ -156,7 +155,7 @@ impl Search<'_> {
         let mut choice = vec![None; self.candidates.len()];
         for (_, observation, k) in clear {
             if self.factor.push(self.joint, &self.candidates[observation][k].linear) {
-                if self.factor.distance_sq() <= self.gates[self.factor.pairs()] {
+                if self.factor.distance_sq() <= self.gates.of(self.factor.pairs()) {
                     choice[observation] = Some(k);
                 } else {
                     self.factor.pop();
@@ -298,7 +297,7 @@ mod tests {
                 continue;
             }
             let (pairs, d_sq) = stacked(joint, candidates, &choice);
-            let passes = d_sq <= chi_square::quantile(gate, 2 * pairs);
+            let passes = d_sq <= Gates::new(gate).of(pairs);
             if passes && (pairs > best.0 || (pairs == best.0 && d_sq < best.1)) {
                 best = (pairs, d_sq);
             }
@@ -317,7 +316,7 @@ mod tests {
             let mut seen = seen;
             seen.iter_mut().zip(&landmarks).take(shown).for_each(|(s, l)| *s = (l.0 + 0.01, l.1 - 0.02));
             let (joint, candidates) = scene(&landmarks, &seen, 9.21);
-            let found = jcbb(&joint, &candidates, 0.95, 1_000_000);
+            let found = jcbb(&joint, &candidates, &Gates::new(0.95), 1_000_000);
             prop_assert!(found.complete);
             let (pairs, d_sq) = stacked(&joint, &candidates, &found.choice);
             let (best_pairs, best) = exhaustive(&joint, &candidates, 0.95);
@@ -333,7 +332,7 @@ mod tests {
             (0..6).map(|k| (2.0 + 0.02 * f64::from(k * k), -0.6 + 0.25 * f64::from(k))).collect();
         let (joint, candidates) = scene(&fence, &fence, 9.21);
         assert!(candidates.iter().any(|c| c.len() > 1));
-        let found = jcbb(&joint, &candidates, 0.99, 100_000);
+        let found = jcbb(&joint, &candidates, &Gates::new(0.99), 100_000);
         let landmarks: Vec<_> = found.choice.iter().zip(&candidates).map(|(c, of)| c.map(|k| of[k].landmark)).collect();
         assert_eq!(landmarks, (0..6).map(Some).collect::<Vec<_>>());
     }
@@ -343,10 +342,10 @@ mod tests {
         let crowd: Vec<(f64, f64)> =
             (0..12).map(|k| (2.0 + 0.03 * f64::from(k % 4), 0.03 * f64::from(k / 4))).collect();
         let (joint, candidates) = scene(&crowd, &crowd, 9.21);
-        let found = jcbb(&joint, &candidates, 0.99, 50);
+        let found = jcbb(&joint, &candidates, &Gates::new(0.99), 50);
         assert!(!found.complete);
         let (lone, candidates) = scene(&[(2.0, 0.0), (3.0, 2.0)], &[(2.0, 0.0), (3.0, 2.0)], 9.21);
-        let found = jcbb(&lone, &candidates, 0.99, 1);
+        let found = jcbb(&lone, &candidates, &Gates::new(0.99), 1);
         assert!(!found.complete && found.choice == [Some(0), Some(0)]);
         assert_eq!(joint.points().len(), 12);
     }
@@ -354,7 +353,7 @@ mod tests {
     #[test]
     fn nothing_to_pair() {
         let (joint, candidates) = scene(&[], &[(1.0, 0.0)], 9.21);
-        assert_eq!(jcbb(&joint, &candidates, 0.99, 10).choice, [None]);
-        assert_eq!(jcbb(&joint, &[], 0.99, 10).choice, []);
+        assert_eq!(jcbb(&joint, &candidates, &Gates::new(0.99), 10).choice, [None]);
+        assert_eq!(jcbb(&joint, &[], &Gates::new(0.99), 10).choice, []);
     }
 }

@@ -8,6 +8,7 @@
 
 mod associate;
 mod error;
+mod gates;
 mod gating;
 mod history;
 mod hold;

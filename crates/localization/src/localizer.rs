@@ -4,6 +4,7 @@
 //! will be, at that time. The pose is `T_map_base`, its covariance that of the right perturbation.
 
 use crate::error::Error;
+use crate::gates::Gates;
 use crate::history::History;
 use crate::hold::{Glance, way_of};
 use crate::joint::{CalibrationCovariance, Joint, Motion};
@@ -13,7 +14,6 @@ use crate::options::Options;
 use crate::quality::{Monitor, Quality, Status, weakest};
 use crate::relocalize::Relocalizer;
 use crate::search::Search;
-use groma_estimation::chi_square;
 use groma_geometry::Se2;
 use groma_models::LandmarkMap;
 use nalgebra::{Matrix3, SMatrix, Vector2};
@@ -48,8 +48,8 @@ pub struct Localizer {
     pub(crate) quality: Quality,
     /// Whether the pose was ever known.
     pub(crate) known: bool,
-    /// chi2(2, p) of the gate.
-    pub(crate) gate: f64,
+    /// chi2(2 k, p) of k pairings.
+    pub(crate) gates: Gates,
     /// Way driven [m] and scans seen.
     pub(crate) way: f64,
     pub(crate) scans: u64,
@@ -95,7 +95,7 @@ impl Localizer {
             monitor: Monitor::new(&options.lost),
             quality: Quality::default(),
             known: start.pose.is_some(),
-            gate: chi_square::quantile(options.gate, 2),
+            gates: Gates::new(options.gate),
             way: 0.0,
             scans: 0,
             search: None,

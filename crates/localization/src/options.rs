@@ -68,7 +68,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             mode: Mode::Static,
-            gate: 0.99,
+            gate: 0.999,
             orientation_max: 0.9,
             descriptor_max: 64,
             max_nodes: 2000,

@@ -12,6 +12,8 @@ use std::sync::Arc;
 const LEAST: usize = 4;
 /// Way between two tries [m]; without way, this many new landmarks, and half as many as there were.
 const WAY: f64 = 0.5;
+/// By this share of it longer after every try in vain, up to this: where the map ends, tries are wasted [m].
+const LONGER: (f64, f64) = (0.1, 3.0);
 const MORE: usize = 3;
 /// What was seen longer ago is forgotten: the odometry drifts [m].
 const KEPT: f64 = 12.0;
@@ -23,11 +25,13 @@ pub(crate) struct Search {
     view: LocalView,
     /// Way and number of landmarks at the last try.
     tried: Option<(f64, usize)>,
+    /// Tries in vain.
+    vain: u32,
 }
 
 impl Search {
     pub fn new(relocalizer: Arc<Relocalizer>) -> Self {
-        Self { relocalizer, view: LocalView::default(), tried: None }
+        Self { relocalizer, view: LocalView::default(), tried: None, vain: 0 }
     }
 
     /// The walls of the map, if it has a grid.
@@ -41,7 +45,7 @@ impl Search {
             self.view.advance(motion);
             self.view.forget_beyond(KEPT);
         } else if self.tried.is_some() || !self.view.is_empty() {
-            (self.view, self.tried) = (LocalView::default(), None);
+            (self.view, self.tried, self.vain) = (LocalView::default(), None, 0);
         }
     }
 
@@ -54,12 +58,16 @@ impl Search {
     pub fn see(&mut self, observations: &[(Observation, Se2)]) -> Option<Located> {
         self.view.see(observations);
         let (way, count) = (self.view.way(), self.view.landmarks().len());
-        let news = self.tried.is_none_or(|(w, n)| way - w >= WAY || count >= n + MORE.max(n / 2));
+        let news = self.tried.is_none_or(|(w, n)| way - w >= self.interval() || count >= n + MORE.max(n / 2));
         let poor = count < LEAST && self.view.looks().is_empty();
         if poor || !news {
             return None;
         }
         self.tried = Some((way, count));
+        self.vain += 1;
         self.relocalizer.certain(&self.view)
+    }
+    fn interval(&self) -> f64 {
+        (WAY * (1.0 + LONGER.0 * f64::from(self.vain))).min(LONGER.1)
     }
 }

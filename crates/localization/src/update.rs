@@ -130,7 +130,7 @@ impl Localizer {
             map: &self.map,
             memory: &self.memory,
             options: &self.options,
-            gate: self.gate,
+            gate: self.gates.of(1),
         };
         let candidates = sighted.iter().enumerate().map(|(observation, (_, s))| {
             let first = s.observation.kind == LandmarkKind::Reflector;
@@ -164,8 +164,8 @@ impl Localizer {
         let before = self.joint.save_pose();
         let (memory, map) = (&self.memory, self.map.landmarks().len());
         let holds = |landmark: usize| landmark < map || memory.all_found().any(|(_, f)| f.id == landmark && f.proven);
-        let (joint, options, gate) = (&mut self.joint, &self.options, self.gate);
-        let mut association = Association { joint, options, gate, holds, taken: Vec::new(), cut_short: false };
+        let (joint, options, gates) = (&mut self.joint, &self.options, &self.gates);
+        let mut association = Association { joint, options, gates, holds, taken: Vec::new(), cut_short: false };
         association.run(open);
         let Association { taken: pairings, cut_short, .. } = association;
         let gains: Vec<Gain> = pairings.iter().map(|p| self.gain(p)).collect();

@@ -12,7 +12,7 @@ use std::collections::HashSet;
 use std::f64::consts::PI;
 
 /// Cells of the field [m], and levels of its pyramid.
-const FIELD: (f64, usize) = (0.1, 6);
+const FIELD: (f64, usize) = (0.1, 7);
 /// Points of a view closer than this are one [m]; points of a view, at most.
 const POINTS: (f64, usize) = (0.2, 160);
 /// Score that a place must have, and share of the best score.

@@ -28,12 +28,11 @@ impl Joint {
     /// Learns from a sighting, if its innovation passes the gate; its squared Mahalanobis distance then.
     pub(crate) fn update(&mut self, m: &Linear, gain: Gain, gate: f64) -> Option<f64> {
         let v = self.innovation(m);
-        let s_inverse = inverse(&self.innovation_covariance(m))?;
+        let s_inverse = inverse(&self.project(m))?;
         let distance_sq = v.dot(&(s_inverse * v));
         if distance_sq > gate {
             return None;
         }
-        self.project(m);
         let [first, second] = std::mem::take(&mut self.projected);
         let (pose, moved) = self.movable(m, gain);
         let joseph = (!pose.is_empty()).then(|| self.joseph(m, &s_inverse, &first, &second));
@@ -103,28 +102,50 @@ impl Joint {
         a * p * a.transpose() + k * m.noise * k.transpose()
     }
 
-    /// `H P` into `projected`.
-    fn project(&mut self, m: &Linear) {
-        let size = self.covariance.size();
-        let (blocks, count) = self.blocks(m);
-        let mut projected = std::mem::take(&mut self.projected);
-        for (k, out) in projected.iter_mut().enumerate() {
+    /// `H P` into `projected`; the covariance of the innovation, `H P H^T + R`.
+    fn project(&mut self, m: &Linear) -> Matrix2<f64> {
+        let (rows, count) = self.rows_seen(m);
+        let [mut first, mut second] = std::mem::take(&mut self.projected);
+        for out in [&mut first, &mut second] {
             out.clear();
-            out.resize(size, 0.0);
-            let mut add = |row: usize, by: f64| {
-                let head = [0, 1, 2].map(|j| by * self.covariance.at(row, j));
-                let tail = &self.covariance.row(row)[3..];
-                out[3..].iter_mut().zip(tail).for_each(|(o, p)| *o += by * p);
-                (0..3).for_each(|j| out[j] += head[j]);
-            };
-            for (row, h) in &blocks[..count] {
-                (0..3).for_each(|r| add(row + r, h[(k, r)]));
+            out.resize(self.covariance.size(), 0.0);
+        }
+        for &(row, a, b) in &rows[..count] {
+            for j in 0..3 {
+                let p = self.covariance.at(row, j);
+                first[j] += a * p;
+                second[j] += b * p;
             }
-            if let Some((slot, h)) = &m.landmark {
-                let row = self.row_of(*slot);
-                (0..2).for_each(|r| add(row + r, h[(k, r)]));
+            let tail = self.covariance.row(row)[3..].iter();
+            for ((p, f), s) in tail.zip(&mut first[3..]).zip(&mut second[3..]) {
+                *f += a * p;
+                *s += b * p;
             }
         }
-        self.projected = projected;
+        let mut s = m.noise;
+        for &(row, a, b) in &rows[..count] {
+            s += Matrix2::new(a * first[row], 0.5 * (b * first[row] + a * second[row]), 0.0, b * second[row]);
+        }
+        s.m21 = s.m12;
+        self.projected = [first, second];
+        s
+    }
+
+    /// The rows of the state that a sighting sees, each with its column of H.
+    fn rows_seen(&self, m: &Linear) -> ([(usize, f64, f64); 8], usize) {
+        let (blocks, mut count) = (self.blocks(m), 0);
+        let mut rows = [(0, 0.0, 0.0); 8];
+        let mut push = |row: usize, a: f64, b: f64| {
+            rows[count] = (row, a, b);
+            count += 1;
+        };
+        for (row, h) in &blocks.0[..blocks.1] {
+            (0..3).for_each(|r| push(row + r, h[(0, r)], h[(1, r)]));
+        }
+        if let Some((slot, h)) = &m.landmark {
+            let row = self.row_of(*slot);
+            (0..2).for_each(|r| push(row + r, h[(0, r)], h[(1, r)]));
+        }
+        (rows, count)
     }
 }
