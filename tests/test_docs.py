@@ -52,6 +52,7 @@ NOT_RUN = (
     "groma cameras node ",
     "groma cameras survey ",
     "groma demo",
+    "groma evaluate motions ",
     "groma localize day2.mcap ",
     "groma map drive.mcap --landmarks ",
     "groma plan camera building/",

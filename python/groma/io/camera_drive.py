@@ -1,10 +1,9 @@
 """A drive before one camera as files.
 
-`waypoints.csv`: one line a look, the start first: number of the look and of the drive that it is on, x, y [m], heading
+`waypoints.csv`: one line a stop, the start first: number of the stop and of the drive that it is on, x, y [m], heading
 [rad] on the floor (origin at the foot of the camera, x where it looks, y to the left; of a mapped camera, in the frame
-of the map), panels seen, distance so far
-[m], worst standard deviation of a pixel then [pixel], standard deviation of the camera's place that odometry added so
-far [m].
+of the map), panels seen anew (where none are, the camera need not look), distance so far [m], worst standard deviation
+of a pixel then [pixel], standard deviation of the camera's place that odometry added so far [m].
 
 `plan.json`: the same on the floor before the camera, with its `foot` (x, y, heading in the map, else zeros) and the
 covariances of the camera's parameters before and after.
