@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from groma.camera import Camera
 from groma.camera_calibration import CameraCalibration, projection_sigmas
-from groma.report import drawing
+from groma.report import drawing, words
 from groma.report.camera_figures import used_pixels
-from groma.report.drawing import FINAL, INK, LINE, MUTED, REJECTED, WIDTH, drawn
+from groma.report.drawing import FINAL, INK, LINE, MUTED, REJECTED, WIDTH, Array, drawn
 
 _LEFT, _BOTTOM, _TOP = 0.55, 0.45, 0.15
 _MOST_DOTS = 4000
@@ -60,15 +61,20 @@ def _distribution(ax: Axes, values: drawing.Array, sigma: float, reach: float) -
     ax.spines["left"].set_visible(False)
 
 
+def draw_sigmas(ax: Axes, camera: Camera, covariance: Array, levels: int) -> None:
+    """Draw contours of the standard deviation of projections, where it differs over the image."""
+    at, sigmas = projection_sigmas(camera, covariance)
+    if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > 1.2 * np.nanmin(sigmas) > 0:
+        steps = np.geomspace(np.nanmin(sigmas) * 1.05, np.nanmax(sigmas) * 0.95, levels)
+        lines = ax.contour(at[..., 0], at[..., 1], sigmas, levels=steps, colors=[FINAL], linewidths=1.0)
+        ax.clabel(lines, fmt=words.pixels, fontsize=8, colors=[INK])
+
+
 @drawn("Projection uncertainty over the image")
 def projection_map(found: CameraCalibration) -> Figure:
     """Draw the standard deviation of projections over the image, as contours."""
     figure, ax = _image(found)
-    pixels, sigmas = projection_sigmas(found.camera, found.covariance)
-    if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > 1.2 * np.nanmin(sigmas) > 0:
-        levels = np.geomspace(np.nanmin(sigmas) * 1.05, np.nanmax(sigmas) * 0.95, 7)
-        lines = ax.contour(pixels[..., 0], pixels[..., 1], sigmas, levels=levels, colors=[FINAL], linewidths=1.0)
-        ax.clabel(lines, fmt="%.2g px", fontsize=8, colors=[INK])
+    draw_sigmas(ax, found.camera, found.covariance, levels=7)
     ax.plot(
         *_thinned(used_pixels(found)[0]).T, ".", color=MUTED, markersize=2.5, markeredgewidth=0, alpha=0.6, zorder=0
     )

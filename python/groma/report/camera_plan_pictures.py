@@ -9,11 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from groma.camera import Camera
-from groma.camera_calibration import projection_sigmas
 from groma.camera_plan import CameraPlan, Judged, Search, Stage
 from groma.network import rotation_matrix
-from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, WIDTH, Array, axes, drawn, sheet
-from groma.report.words import pixels
+from groma.report.camera_pictures import draw_sigmas
+from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, WIDTH, axes, drawn, sheet
 
 _LEFT, _BOTTOM, _TOP = 0.55, 0.45, 0.3
 _TICK = 0.14
@@ -91,19 +90,11 @@ def before_and_after(camera: Camera, plan: CameraPlan) -> Figure:
     figure = sheet(tall + _BOTTOM + _TOP)
     for k, (title, covariance) in enumerate((("before", plan.before), ("after", plan.after))):
         ax = axes(figure, _LEFT + k * (across + _LEFT), _BOTTOM, tall * camera.width / camera.height, tall)
-        _draw_sigmas(ax, camera, np.array(covariance))
+        draw_sigmas(ax, camera, np.array(covariance), levels=5)
         ax.set(xlim=(-0.5, camera.width - 0.5), ylim=(camera.height - 0.5, -0.5), title=title)
         ax.set(xlabel="across [px]", ylabel="down [px]" if k == 0 else "")
         ax.spines[["top", "right"]].set_visible(True)
     return figure
-
-
-def _draw_sigmas(ax: Axes, camera: Camera, covariance: Array) -> None:
-    grid, sigmas = projection_sigmas(camera, covariance)
-    if np.isfinite(sigmas).sum() > 3 and np.nanmax(sigmas) > 1.2 * np.nanmin(sigmas) > 0:
-        levels = np.geomspace(np.nanmin(sigmas) * 1.05, np.nanmax(sigmas) * 0.95, 5)
-        lines = ax.contour(grid[..., 0], grid[..., 1], sigmas, levels=levels, colors=[FINAL], linewidths=1.0)
-        ax.clabel(lines, fmt=pixels, fontsize=7.5, colors=[INK])
 
 
 def _plain_ticks(ax: Axes) -> None:
