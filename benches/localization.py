@@ -138,10 +138,11 @@ def drive(site: Site, variant: Variant, name: DriveName, seed: int) -> tuple[Loc
     start = moved(t_map_world, run.truth[:1])[0]
     if variant.mode == "dynamic":
         landmarks = no_landmarks()
+    grid = None if variant.mode in ("dynamic", "reflectors") else site.chart.grid
     options: LocalizerOptions = {"mode": variant.mode}  # type: ignore[typeddict-item]
     drive = open_drive(open_recording(path), odometry="none")
     x, y, theta = start.tolist()
-    result = localize_drive(drive, Request(Chart(landmarks), options, (x, y, theta), site.vehicle))
+    result = localize_drive(drive, Request(Chart(landmarks, grid), options, (x, y, theta), site.vehicle))
     truth = moved(t_map_world, poses_at(run, result.stamps))
     return result, relative(truth, result.poses), truth
 

@@ -38,6 +38,8 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
 
 /// Standard deviation of the position above which the walls are asked [m].
 const WEAK: f64 = 0.02;
+/// Standard deviations above which they are asked before landmarks are paired [m], [rad].
+const WIDE: (f64, f64) = (0.1, 0.03);
 /// Way over which its error is forgotten [m].
 const MEMORY: f64 = 1.0;
 /// Way, or turn at a metre, between two scans that are taken [m].
@@ -75,6 +77,11 @@ impl Localizer {
             self.glance =
                 Some(Glance { surface: SurfaceScan::new(scan, &laser, twist), beams: beams_of(scan, &laser) });
         }
+    }
+
+    /// Whether the pose is known so badly that the walls are asked first: corners are close to each other.
+    pub(crate) fn is_wide(&self) -> bool {
+        self.sigma_position() > WIDE.0 || self.covariance().m33.sqrt() > WIDE.1
     }
 
     /// Takes in what was looked at.

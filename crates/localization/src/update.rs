@@ -87,6 +87,9 @@ impl Localizer {
                 quality,
             };
         }
+        if self.is_wide() {
+            self.hold_by_walls();
+        }
         self.memory.limit(&mut self.joint, self.options.memory);
         let open = self.open(&sighted);
         let (pairings, cut_short) = self.learn(open, &sighted);
