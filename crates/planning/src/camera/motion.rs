@@ -11,8 +11,8 @@
 //! | square | all | around a square |
 //! | star | all | out and back through one point, in six directions |
 //!
-//! Source: D. Meger's thesis, chapter 4; the sizes are those with which the drives tell what was found for them
-//! (docs/theory/planning.md).
+//! Source: D. Meger's thesis, chapter 4. It leaves the sizes open: they were chosen such that the drives tell about what
+//! was found for them (BENCHMARKS.md, driving before one camera).
 
 use super::knowledge::Knowledge;
 use super::stage::{Stage, outwards};

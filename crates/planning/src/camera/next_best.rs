@@ -10,8 +10,8 @@
 //! Effort is what the wheels drive, turns included; variance is what odometry loses on the drive at the place of the
 //! camera, which is what it brings into the map (`step.rs`); lambda weighs it as in the exploration. First by a quarter of
 //! the corners, the best few then by all. The best is driven, and so on until the worst pixel is good enough or no drive is
-//! worth anything; where none around the robot is, places all over the floor are tried. Greedy: a drive is judged for itself; to look three or five drives ahead gained nothing
-//! (BENCHMARKS.md). Source of the idea: Richardson, Strom, Olson, "AprilCal", IROS 2013, there for poses of a panel in the
+//! worth anything; where none around the robot is, places all over the floor are tried. Greedy: a drive is judged for
+//! itself; beams of sequences gained little for their work (BENCHMARKS.md). Source of the idea: Richardson, Strom, Olson, "AprilCal", IROS 2013, there for poses of a panel in the
 //! hand.
 
 use super::knowledge::{Told, told};
