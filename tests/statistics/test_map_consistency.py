@@ -25,7 +25,8 @@ from drives import closure_errors, drive, mapped, node_errors, scene
 
 pytestmark = pytest.mark.slow
 
-SEEDS = range(1, 9)
+SEEDS = (*range(1, 9), 12)
+"""In the loop of seed 12 a corridor repeats, shifted by some doors."""
 CHI_SQUARE_95 = 7.815
 """Of three degrees of freedom."""
 BAND = (0.02, 1.0)
