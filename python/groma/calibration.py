@@ -13,11 +13,14 @@ from dataclasses import dataclass
 from typing import Literal, TypedDict, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from groma import _core
+from groma.calibration_input import Array, blocks, to_readings, to_rows
+from groma.calibration_input import OdometryLog as OdometryLog
+from groma.calibration_input import SensorMotions as SensorMotions
+from groma.calibration_input import from_tuples as from_tuples
 
-Array = NDArray[np.float64]
 _PART = 0.05
 """Parts of a weak direction below this share of its largest do not count."""
 
@@ -46,60 +49,6 @@ class CalibrationOptions(TypedDict, total=False):
     """An asymmetry less certain than this is not believed whatever its size [rad]."""
     delay_max: float
     """Largest delay that is looked for [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class OdometryLog:
-    """Readings of the wheels, times strictly rising, counters unwrapped."""
-
-    time: Array
-    """(n,) seconds."""
-    ticks: Array
-    """(n, wheels) cumulative: one column for the drive wheel of a tricycle, left and right for a differential drive.
-    Counts or radians: a scale is metres per unit, so that radians give a radius."""
-    steering: Array | None = None
-    """(n,) angle of the steering encoder [rad], to the left positive; None for a differential drive."""
-
-
-@dataclass(frozen=True, slots=True)
-class SensorMotions:
-    """How the laser moved between pairs of scans, in order of time."""
-
-    start: Array
-    """(m,) time of the first scan [s]."""
-    end: Array
-    """(m,) time of the second scan [s], after the first."""
-    motion: Array
-    """(m, 3) ``T_first_second`` as x, y, theta. Theta is the whole turn, not wrapped: an arc of 240 deg has 240 deg."""
-    covariance: Array | None = None
-    """(m, 3, 3) of the perturbation ``T * exp(xi)``; None where unknown, then it is estimated, one for all."""
-    coupling: Array | None = None
-    """(m - 1, 3, 3) covariance of the errors of a motion and the next, which share a scan; None where they are
-    independent."""
-
-    @classmethod
-    def from_poses(cls, stamps: ArrayLike, poses: ArrayLike, covariances: ArrayLike) -> SensorMotions:
-        """Motions between consecutive poses whose errors are independent.
-
-        Parameters
-        ----------
-        stamps
-            (m + 1,) seconds, rising.
-        poses
-            (m + 1, 3) ``T_map_laser``; theta unwrapped, so that its difference is the whole turn.
-        covariances
-            (m + 1, 3, 3) of ``T * exp(xi)``.
-        """
-        time, at = np.asarray(stamps, dtype=np.float64), np.asarray(poses, dtype=np.float64)
-        of_pose = np.asarray(covariances, dtype=np.float64)
-        step = np.diff(at, axis=0)
-        cos, sin = np.cos(at[:-1, 2]), np.sin(at[:-1, 2])
-        x, y = cos * step[:, 0] + sin * step[:, 1], cos * step[:, 1] - sin * step[:, 0]
-        motion = np.column_stack([x, y, step[:, 2]])
-        back = _adjoint_of_inverse(motion)
-        covariance = of_pose[1:] + back @ of_pose[:-1] @ back.transpose(0, 2, 1)
-        coupling = -of_pose[1:-1] @ back[1:].transpose(0, 2, 1)
-        return cls(time[:-1], time[1:], motion, covariance, coupling)
 
 
 @dataclass(frozen=True, slots=True)
@@ -316,10 +265,10 @@ def calibrate(
         If model, log and options do not go together, an array has a wrong shape or is not finite, times do not rise, or
         a covariance is none.
     """
-    time, readings = _readings(log)
-    rows = _rows(motions)
-    covariance = _blocks("covariance", motions.covariance, len(rows))
-    coupling = _blocks("coupling", motions.coupling, max(len(rows) - 1, 0))
+    time, readings = to_readings(log)
+    rows = to_rows(motions)
+    covariance = blocks("covariance", motions.covariance, len(rows))
+    coupling = blocks("coupling", motions.coupling, max(len(rows) - 1, 0))
     asked = (None if model == "auto" else model, wheelbase, gain, delay, [str(name) for name in free])
     steered = log.steering is not None
     found = _core.vehicle_calibrate(time, readings, steered, rows, covariance, coupling, asked, json.dumps(options))
@@ -362,32 +311,14 @@ def closed_form(
     tuple or None
         Parameters by name and the indices of the motions that were kept; None when the motions do not hold them.
     """
-    time, readings = _readings(log)
+    time, readings = to_readings(log)
     free = ["wheelbase"] if wheelbase is None and model != "differential" else []
     asked = (model, wheelbase, gain, 0.0, free)
     steered = log.steering is not None
     found = _core.vehicle_closed_form(
-        time, readings, steered, _rows(motions), asked, form == "centres", (rounds, share)
+        time, readings, steered, to_rows(motions), asked, form == "centres", (rounds, share)
     )
     return None if found is None else (dict(found[0]), np.array(found[1], dtype=np.int64))
-
-
-def from_tuples(interval: ArrayLike, speeds: ArrayLike, motion: ArrayLike) -> tuple[OdometryLog, SensorMotions]:
-    """Lay motions of which only intervals and mean wheel speeds are known end to end.
-
-    Parameters
-    ----------
-    interval
-        (m,) length of each [s].
-    speeds
-        (m, 2) mean speed of the left and the right wheel [rad/s].
-    motion
-        (m, 3) of the laser, x, y, theta.
-    """
-    lengths, wheel = np.asarray(interval, dtype=np.float64), np.asarray(speeds, dtype=np.float64)
-    time = np.concatenate([[0.0], np.cumsum(lengths)])
-    ticks = np.vstack([np.zeros((1, 2)), np.cumsum(wheel * lengths[:, None], axis=0)])
-    return OdometryLog(time, ticks), SensorMotions(time[:-1], time[1:], np.asarray(motion, dtype=np.float64))
 
 
 _ASKED = {
@@ -405,48 +336,3 @@ def _words(name: str, p_value: float) -> str:
     against, with_it = _ASKED[name]
     shown = f"p = {p_value:.2g}" if p_value >= 1e-6 else "p < 1e-6"
     return f"{against if p_value < _LEVEL else with_it} ({shown})"
-
-
-def _readings(log: OdometryLog) -> tuple[Array, Array]:
-    """Return times and the two numbers of each reading that the core takes."""
-    time = np.ascontiguousarray(log.time, dtype=np.float64)
-    ticks = np.asarray(log.ticks, dtype=np.float64).reshape(len(time), -1)
-    wheels = 2 if log.steering is None else 1
-    if time.ndim != 1 or ticks.shape[1] != wheels:
-        kind = "a log without steering has 2 wheels" if wheels == 2 else "a log with steering has 1 wheel"
-        raise ValueError(f"ticks have shape {np.shape(log.ticks)} for {len(time)} times: {kind}")
-    if log.steering is None:
-        return time, np.ascontiguousarray(ticks)
-    steering = np.asarray(log.steering, dtype=np.float64)
-    if steering.shape != time.shape:
-        raise ValueError(f"steering has shape {steering.shape}: it must be ({len(time)},), as time")
-    return time, np.ascontiguousarray(np.column_stack([ticks[:, 0], steering]))
-
-
-def _rows(motions: SensorMotions) -> Array:
-    """(m, 5) start, end, x, y, turn."""
-    start, end = (np.asarray(t, dtype=np.float64) for t in (motions.start, motions.end))
-    motion = np.asarray(motions.motion, dtype=np.float64)
-    if start.ndim != 1 or end.shape != start.shape or motion.shape != (len(start), 3):
-        shapes = f"{start.shape}, {end.shape}, {motion.shape}"
-        raise ValueError(f"start, end and motion have shapes {shapes}: they must be (m,), (m,), (m, 3)")
-    return np.ascontiguousarray(np.column_stack([start, end, motion]))
-
-
-def _blocks(name: str, values: Array | None, count: int) -> Array | None:
-    if values is None:
-        return None
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.shape != (count, 3, 3):
-        raise ValueError(f"{name} has shape {array.shape}: it must be ({count}, 3, 3)")
-    return array
-
-
-def _adjoint_of_inverse(motion: Array) -> Array:
-    """(m, 3, 3) ``Ad(T^-1)``: a perturbation before a motion, seen after it."""
-    x, y, (cos, sin) = motion[:, 0], motion[:, 1], (np.cos(motion[:, 2]), np.sin(motion[:, 2]))
-    adjoint = np.zeros((len(motion), 3, 3))
-    adjoint[:, 0] = np.column_stack([cos, sin, x * sin - y * cos])
-    adjoint[:, 1] = np.column_stack([-sin, cos, x * cos + y * sin])
-    adjoint[:, 2, 2] = 1.0
-    return adjoint
