@@ -15,6 +15,11 @@ const WAY: f64 = 0.5;
 /// By this share of it longer after every try in vain, up to this: where the map ends, tries are wasted [m].
 const LONGER: (f64, f64) = (0.1, 3.0);
 const MORE: usize = 3;
+/// Probability of being wrong below which a place is taken at once; else it must be found again after so much way [m], within
+/// this distance [m] and turn [rad].
+const BEYOND_DOUBT: f64 = 1e-4;
+const CONFIRMED: f64 = 1.0;
+const SAME: (f64, f64) = (0.5, 0.2);
 /// What was seen longer ago is forgotten: the odometry drifts [m].
 const KEPT: f64 = 12.0;
 
@@ -27,11 +32,13 @@ pub(crate) struct Search {
     tried: Option<(f64, usize)>,
     /// Tries in vain.
     vain: u32,
+    /// Where the view lay at the first of the last tries that agree, and the way then.
+    candidate: Option<(Se2, f64)>,
 }
 
 impl Search {
     pub fn new(relocalizer: Arc<Relocalizer>) -> Self {
-        Self { relocalizer, view: LocalView::default(), tried: None, vain: 0 }
+        Self { relocalizer, view: LocalView::default(), tried: None, vain: 0, candidate: None }
     }
 
     /// The walls of the map, if it has a grid.
@@ -45,7 +52,7 @@ impl Search {
             self.view.advance(motion);
             self.view.forget_beyond(KEPT);
         } else if self.tried.is_some() || !self.view.is_empty() {
-            (self.view, self.tried, self.vain) = (LocalView::default(), None, 0);
+            *self = Self::new(self.relocalizer.clone());
         }
     }
 
@@ -65,7 +72,20 @@ impl Search {
         }
         self.tried = Some((way, count));
         self.vain += 1;
-        self.relocalizer.certain(&self.view)
+        let found = self.relocalizer.certain(&self.view);
+        found.filter(|found| self.is_confirmed(found))
+    }
+
+    /// Whether a place is beyond doubt, or was found again some way on: the next metre tells rooms apart that are alike. Where
+    /// there are no walls, landmarks alone must do.
+    fn is_confirmed(&mut self, found: &Located) -> bool {
+        let (place, way) = (found.pose * self.view.pose().inverse(), self.view.way());
+        let same = |(before, _): &(Se2, f64)| {
+            let d = before.between(&place);
+            d.translation.norm() < SAME.0 && d.theta().abs() < SAME.1
+        };
+        let (_, since) = *self.candidate.insert(self.candidate.filter(same).unwrap_or((place, way)));
+        self.walls().is_none() || 1.0 - found.probability < BEYOND_DOUBT || way - since >= CONFIRMED
     }
     fn interval(&self) -> f64 {
         (WAY * (1.0 + LONGER.0 * f64::from(self.vain))).min(LONGER.1)
