@@ -17,7 +17,7 @@ const LONGER: (f64, f64) = (0.1, 3.0);
 const MORE: usize = 3;
 /// Probability of being wrong below which a place is taken at once; else it must be found again after so much way [m], within
 /// this distance [m] and turn [rad].
-const BEYOND_DOUBT: f64 = 1e-4;
+const BEYOND_DOUBT: f64 = 1e-6;
 const CONFIRMED: f64 = 1.0;
 const SAME: (f64, f64) = (0.5, 0.2);
 /// What was seen longer ago is forgotten: the odometry drifts [m].
