@@ -31,13 +31,13 @@ impl Surroundings {
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = Vector2<f64>>, keypoint: &Keypoint, radius: f64) -> Self {
         let (sin, cos) = keypoint.orientation.sin_cos();
-        let (radius_sq, per_metre) = (radius * radius, RINGS as f64 / radius);
+        let (radius_sq, per_metre) = (radius * radius, (RINGS as f64 / radius) as f32);
         let (mut rings, mut sectors) = ([0_u16; RINGS], [0_u16; SECTORS]);
         for point in points {
             let d = point - keypoint.point;
             let distance_sq = d.norm_squared();
             if distance_sq > 0.0 && distance_sq <= radius_sq {
-                let ring = ((distance_sq.sqrt() * per_metre) as usize).min(RINGS - 1);
+                let ring = (((distance_sq as f32).sqrt() * per_metre) as i32 as usize).min(RINGS - 1);
                 let sector = sector(cos * d.x + sin * d.y, cos * d.y - sin * d.x);
                 rings[ring] |= 1 << sector;
                 sectors[sector] = sectors[sector].saturating_add(1);

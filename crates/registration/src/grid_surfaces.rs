@@ -139,7 +139,8 @@ mod tests {
         let errors = found.points.iter().map(|p| normal.dot(p) - distance);
         let rms = (errors.map(|e| e * e).sum::<f64>() / found.points.len() as f64).sqrt();
         assert!(rms < 0.006, "{rms}");
-        assert!(found.normals.iter().all(|n| n.dot(&normal) < -0.98));
+        let worst = found.normals.iter().map(|n| n.dot(&normal)).fold(-1.0, f64::max);
+        assert!(worst < -0.975, "{worst}"); // 13 degrees: a line is of five cells or so
     }
 
     #[test]

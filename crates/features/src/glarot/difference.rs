@@ -33,11 +33,19 @@ pub(super) fn to_lines(bins: &[u16], row: usize) -> Vec<Line> {
 /// Sum of absolute differences, where it is below 2^16.
 #[inline(always)]
 pub(super) fn l1(a: &[Line], b: &[Line]) -> u16 {
+    l1_in_parts([(a, b)])
+}
+
+/// The same over histograms in parts.
+#[inline(always)]
+pub(super) fn l1_in_parts<const N: usize>(parts: [(&[Line], &[Line]); N]) -> u16 {
     let mut sums = [0_u16; LINE];
-    for (a, b) in a.iter().zip(b) {
-        for ((sum, a), b) in sums.iter_mut().zip(&a.0).zip(&b.0) {
-            let difference = (*a as i16).wrapping_sub(*b as i16).wrapping_abs();
-            *sum = sum.wrapping_add(difference as u16);
+    for (a, b) in parts {
+        for (a, b) in a.iter().zip(b) {
+            for ((sum, a), b) in sums.iter_mut().zip(&a.0).zip(&b.0) {
+                let difference = (*a as i16).wrapping_sub(*b as i16).wrapping_abs();
+                *sum = sum.wrapping_add(difference as u16);
+            }
         }
     }
     sums.iter().fold(0, |all, sum| all.wrapping_add(*sum))

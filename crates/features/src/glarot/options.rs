@@ -4,6 +4,9 @@ use crate::options::{InvalidOption, require};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
+/// Most bins over the half turn.
+pub(super) const MOST_DIRECTIONS: usize = 180;
+
 /// Settings of GLAROT; the default suits local maps of tens of landmarks over some tens of metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -33,7 +36,7 @@ impl Options {
     /// The first that is not.
     pub fn validate(&self) -> Result<(), InvalidOption> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
-        require((2..=180).contains(&self.n_theta), "n_theta", self.n_theta as f64, "2 to 180")?;
+        require((2..=MOST_DIRECTIONS).contains(&self.n_theta), "n_theta", self.n_theta as f64, "2 to 180")?;
         let cells = self.n_rho.saturating_mul(self.n_theta);
         require((1..=16384).contains(&cells), "n_rho", self.n_rho as f64, "1 or more, with n_theta * n_rho <= 16384")?;
         require(positive(self.rho_max), "rho_max", self.rho_max, "above 0 m")?;

@@ -1,9 +1,9 @@
 //! One signature, and how far two are apart.
 
-use super::Options;
-use super::difference::{Line, l1, lines, to_lines};
+use super::difference::{Line, l1_in_parts, lines, to_lines};
 use super::halves::words;
 use super::kernel::{Circular, Linear};
+use super::options::{MOST_DIRECTIONS, Options};
 use nalgebra::Vector2;
 use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
@@ -81,7 +81,7 @@ impl Signature {
     pub(super) fn at_shift(&self, other: &Self, shift: usize) -> u16 {
         let cut = shift * lines(self.n_rho);
         let (low, high) = self.bins.split_at(self.bins.len() - cut);
-        l1(low, &other.bins[cut..]) + l1(high, &other.bins[..cut])
+        l1_in_parts([(low, &other.bins[cut..]), (high, &other.bins[..cut])])
     }
 }
 
@@ -94,14 +94,14 @@ impl WithSimd for Compare<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> (u16, f64) {
         let Self(a, b) = self;
-        let n = a.n_theta;
-        let mut best = (u16::MAX, 0);
-        for shift in 0..n {
-            best = best.min((a.at_shift(b, shift), shift));
+        let (n, mut best, mut differences) = (a.n_theta, (u16::MAX, 0), [0; MOST_DIRECTIONS]);
+        for (shift, difference) in differences[..n].iter_mut().enumerate() {
+            *difference = a.at_shift(b, shift);
+            best = best.min((*difference, shift));
         }
         let (here, shift) = best;
-        let (before, after) = (a.at_shift(b, (shift + n - 1) % n), a.at_shift(b, (shift + 1) % n));
-        (here, rotation(n, shift, [before, here, after]))
+        let around = [differences[(shift + n - 1) % n], here, differences[(shift + 1) % n]];
+        (here, rotation(n, shift, around))
     }
 }
 
@@ -186,7 +186,7 @@ mod tests {
             let (p, q) = (Signature::from_points(&p, &Options::default()), Signature::from_points(&q, &Options::default()));
             prop_assert_eq!(p.distance(&p).0, 0.0);
             prop_assert_eq!(p.compare(&q).0, q.compare(&p).0);
-            prop_assert!(l1(&p.marginal, &q.marginal) <= p.compare(&q).0);
+            prop_assert!(crate::glarot::difference::l1(&p.marginal, &q.marginal) <= p.compare(&q).0);
         }
 
         #[test]
