@@ -2,7 +2,7 @@
 
 nis_per_dof     sum of the squared innovations over the sum of their degrees of freedom: near 1 the filter is honest,
                 well above 1 it is too sure of itself or the map is wrong, below 1 it is cautious
-nis_inside_95   share of the scans whose squared innovations lie within the 95 % of a chi-square
+nis_inside_95   share of the scans whose squared innovations lie in the middle 95 % of a chi-square
 matched_share   paired observations over all observations
 known_share     share of the scans at which the pose was known
 """

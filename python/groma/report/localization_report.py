@@ -126,8 +126,8 @@ def _honesty(result: Localized) -> Html:
     figures = localization_figures(result)
     note = (
         f"Squared innovations per degree of freedom are {_plain(figures['nis_per_dof'], 2)} in the mean, and "
-        f"{number(100 * float(str(figures['nis_inside_95'])), 0)}\N{NO-BREAK SPACE}% of the scans lie inside the "
-        "95 % of a chi-square."
+        f"{number(100 * float(str(figures['nis_inside_95'])), 0)}\N{NO-BREAK SPACE}% of the scans lie in "
+        "the middle 95 % of a chi-square; a cautious filter has more below it, one too sure more above."
     )
     caption = (
         "If all is as the filter assumes, every bar reaches the dashed line. A hill on the left: cautious; a wall on "
