@@ -69,11 +69,13 @@ pub(crate) struct Monitor {
     right: f64,
     evidence: f64,
     limit: f64,
+    /// Since the evidence reached the limit, until nothing of it is left: what hovers about the limit is not known now and then.
+    lost: bool,
 }
 
 impl Monitor {
     pub fn new(options: &LostOptions) -> Self {
-        Self { right: RIGHT.0, evidence: 0.0, limit: options.evidence.ln() }
+        Self { right: RIGHT.0, evidence: 0.0, limit: options.evidence.ln(), lost: false }
     }
 
     /// Takes in a scan of which `matched` of `observed` were matched.
@@ -82,7 +84,7 @@ impl Monitor {
         let p = self.right.clamp(RIGHT.1, RIGHT.2);
         let step = m * (CHANCE / p).ln() + (n - m) * ((1.0 - CHANCE) / (1.0 - p)).ln();
         let weight = (PER_SCAN / n.max(1.0)).min(1.0);
-        self.evidence = (self.evidence + weight * step).clamp(0.0, 2.0 * self.limit);
+        self.add(weight * step);
         if self.evidence < 0.5 * self.limit {
             let learned = 1.0 - (1.0 - LEARNING).powf(n);
             self.right += learned * (m / n.max(1.0) - self.right);
@@ -91,16 +93,21 @@ impl Monitor {
 
     /// Takes in the logarithm of a likelihood ratio of being right against being lost.
     pub fn hear(&mut self, log_ratio: f64) {
-        self.evidence = (self.evidence - log_ratio).clamp(0.0, 2.0 * self.limit);
+        self.add(-log_ratio);
+    }
+
+    fn add(&mut self, evidence: f64) {
+        self.evidence = (self.evidence + evidence).clamp(0.0, 2.0 * self.limit);
+        self.lost = self.evidence >= self.limit || (self.lost && self.evidence > 0.0);
     }
 
     /// Forgets the evidence: the pose was found anew.
     pub fn restart(&mut self) {
-        self.evidence = 0.0;
+        (self.evidence, self.lost) = (0.0, false);
     }
 
     pub fn is_lost(&self) -> bool {
-        self.evidence >= self.limit
+        self.lost
     }
 
     pub fn evidence(&self) -> f64 {
