@@ -82,7 +82,6 @@ def test_the_other_half_of_the_intel_log_is_localized(halves: Halves, tmp_path: 
     found, errors = halves.localize(np.inf, tmp_path)
     known = found.status != "lost"
     distance = np.hypot(errors[known, 0], errors[known, 1])
-    # One scan of some 720 is 19 m off, and noticed at the next (BENCHMARKS.md).
-    assert (distance > 1.0).mean() < 0.005
-    assert known.mean() > 0.35
+    assert distance.max() < 0.6
+    assert known.mean() > 0.33
     assert np.median(distance) < 0.12
