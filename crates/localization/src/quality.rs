@@ -159,6 +159,18 @@ mod tests {
     }
 
     #[test]
+    fn what_is_lost_stays_lost_until_no_evidence_is_left() {
+        let mut monitor = Monitor::new(&LostOptions::default());
+        let limit = LostOptions::default().evidence.ln();
+        monitor.hear(-1.1 * limit);
+        assert!(monitor.is_lost());
+        monitor.hear(0.2 * limit);
+        assert!(monitor.is_lost() && monitor.evidence() < limit, "below the limit, but not by as much as was heard");
+        monitor.hear(limit);
+        assert!(!monitor.is_lost());
+    }
+
+    #[test]
     fn geometry_tells_the_weakest_direction() {
         let information = Matrix3::from_diagonal(&nalgebra::Vector3::new(1e4, 2500.0, 4e6));
         assert!((weakest(&information, 10.0) - 0.02).abs() < 1e-12);

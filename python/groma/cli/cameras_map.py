@@ -21,6 +21,7 @@ from groma.io.network_file import chain, transforms, urdf, without_k3, write_net
 from groma.io.network_recording import NetworkRecording, open_network
 from groma.io.results import point_latest, result_directory, run_record, shown_command
 from groma.io.toml import to_toml
+from groma.io.trajectory import write_tum_rows
 from groma.network import NetworkMap, NetworkMapper, network_defaults
 from groma.report.network_figures import current, network_figures
 from groma.report.network_report import network_report
@@ -105,15 +106,11 @@ def save_network(
     write_text(directory / "network.urdf", urdf(network))
     write_text(directory / "static_transforms.txt", transforms(network))
     stamps = network.halt_stamps[network.stop_halts]
-    write_text(directory / "stops.tum", _tum(np.column_stack([stamps, network.stops])))
+    write_tum_rows(directory / "stops.tum", np.column_stack([stamps, network.stops]))
     figures = json.dumps(network_figures(network), indent=1, sort_keys=True)
     write_text(directory / "metrics.json", figures + "\n")
     write_text(directory / "run.toml", to_toml(run))
     write_text(directory / "report.html", network_report(network, run))
-
-
-def _tum(rows: np.typing.NDArray[np.float64]) -> str:
-    return "".join(" ".join(f"{value:.9f}" for value in row) + "\n" for row in rows)
 
 
 class _Silent:

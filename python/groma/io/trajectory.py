@@ -69,7 +69,18 @@ def write_tum(path: Path, stamps: Array, poses: Array) -> None:
     half = poses[:, 2] / 2
     zero = np.zeros(len(poses))
     columns = [stamps, poses[:, 0], poses[:, 1], zero, zero, zero, np.sin(half), np.cos(half)]
-    write_text(path, _rows(np.column_stack(columns)))
+    write_tum_rows(path, np.column_stack(columns))
+
+
+def write_tum_rows(path: Path, rows: Array) -> None:
+    """Write poses in space as TUM: (N, 8) stamp, x, y, z, and the quaternion x, y, z, w.
+
+    Raises
+    ------
+    ValueError
+        When a value is not finite: nobody could read the file.
+    """
+    write_text(path, _rows(rows))
 
 
 def read_kitti(path: Path, times: Path) -> Trajectory:

@@ -73,11 +73,17 @@ fn the_covariance_holds_over_many_configurations() {
         println!("{lens:?} {views} views {tilt} rad {range} m: NEES/n {mean:.3}");
         assert!((0.8..1.2).contains(&mean));
     }
-    // A quotient of polynomials is told so weakly that a covariance of first order is too small: known, and not to grow. Farther
-    // away some runs are refused.
-    let rational = mean_nees(Lens::Rational, 60, 30, 0.6, 0.6);
-    println!("Rational 30 views 0.6 rad 0.6 m: NEES/n {rational:.3}");
-    assert!((0.8..1.8).contains(&rational));
+}
+
+/// A quotient of polynomials is told so weakly that a covariance of first order is too small: NEES/n 1.58. To be turned round when
+/// it is mended. Farther away some runs are refused.
+#[test]
+#[ignore = "minutes"]
+#[should_panic(expected = "too small for the rational lens")]
+fn the_covariance_of_the_rational_lens_is_too_small() {
+    let mean = mean_nees(Lens::Rational, 60, 30, 0.6, 0.6);
+    println!("Rational 30 views 0.6 rad 0.6 m: NEES/n {mean:.3}");
+    assert!((0.8..1.2).contains(&mean), "too small for the rational lens: {mean}");
 }
 
 #[test]
