@@ -7,6 +7,7 @@ mod camera_plan;
 mod egomotion;
 mod exploration;
 mod features;
+mod findings;
 mod localization;
 mod mapping;
 mod network;
@@ -14,6 +15,7 @@ mod pose_graph;
 mod recognition;
 mod rendering;
 mod simulation;
+mod token;
 mod vehicle_plan;
 mod vision;
 
@@ -28,6 +30,8 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     calibration::register(m)?;
     exploration::register(m)?;
     features::register(m)?;
+    findings::register(m)?;
+    token::register(m)?;
     localization::register(m)?;
     mapping::register(m)?;
     network::register(m)?;

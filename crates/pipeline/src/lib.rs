@@ -1,0 +1,15 @@
+//! From messages to results: every pipeline is written once, as a machine that takes messages in the order of their arrival
+//! and can be asked at any moment.
+//!
+//! ```text
+//! message -> order (bounded lateness, default 0) -> machine: push, state, snapshot, finish -> result + findings
+//! ```
+//!
+//! The order of arrival decides, never a clock: the same messages in the same order give the same result, live or from a
+//! file, with any number of threads. No machine looks ahead.
+
+pub mod message;
+pub mod order;
+
+pub use message::Message;
+pub use order::{Left, Order};
