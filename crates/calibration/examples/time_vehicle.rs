@@ -1,7 +1,12 @@
 //! Times the closed forms of 1000 motions and the likelihood of 4400: `cargo run --release -p groma-calibration --example
 //! time_vehicle`.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and may fail loudly")]
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "an example measures and prints"
+)]
 
 #[path = "../tests/drives/mod.rs"]
 mod drives;

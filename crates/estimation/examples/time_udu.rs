@@ -4,7 +4,7 @@
 //!
 //! Times are those of the processor where Linux tells them (a busy machine does not spoil them), else of the clock.
 
-#![allow(clippy::print_stdout, clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
 use groma_estimation::udu::{Real, Rows, Udu};
 use nalgebra::{DMatrix, DVector, convert};

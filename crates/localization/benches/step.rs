@@ -2,7 +2,8 @@
 //!
 //! `cargo bench -p groma-localization --bench step`
 
-#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)] // criterion's macros; a bench may fail loudly
+// criterion's macros have no documents; a bench measures, prints and may fail loudly
+#![allow(missing_docs, clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/drive/mod.rs"]
 mod drive;

@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p groma-network --example time_network [cameras] [views a camera]
 
-#![allow(clippy::print_stdout, clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
 use groma_geometry::{LieGroup, Se2, Se3};
 use groma_models::{Camera, Lens as Model};

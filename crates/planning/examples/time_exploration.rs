@@ -7,7 +7,7 @@
 //! the plan that there is. Both searching strategies, 2000 expansions allowed, the default. Times are those of the
 //! processor where Linux tells them (a busy machine does not spoil them), else of the clock.
 
-#![allow(clippy::print_stdout, clippy::unwrap_used)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
 use groma_planning::exploration::run::{arrival, place};
 use groma_planning::exploration::scenes::Kind;
