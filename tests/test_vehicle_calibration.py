@@ -19,7 +19,7 @@ from groma.io.recording import open_recording, write_recording
 from groma.io.robot_files import ros2_control, urdf_joint
 from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.models import JointState
-from groma.vehicle import PARAMETERS, Vehicle, dead_reckoning
+from groma.vehicle import dead_reckoning
 from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
 from groma.vehicle_segments import standstills
 from groma.vehicle_simulation import (
@@ -32,7 +32,6 @@ from groma.vehicle_simulation import (
     simulate_calibration,
     true_vehicle,
 )
-from groma.wheel_noise import HOLDS, wheel_covariances
 
 TOLERANCES = {
     "laser_x": 0.002,
@@ -223,61 +222,6 @@ def test_more_driving_is_told_by_the_worst(eight_arcs: Path) -> None:
     assert not wanting.verdict.enough
     assert more_driving(wanting) == pytest.approx(4.0)
     assert more_driving(judged(result, {"laser_yaw": 2 * width})) == 1.0
-
-
-@pytest.mark.parametrize("model", ["tricycle", "differential"])
-def test_the_noise_of_the_wheels_is_what_it_scatters(model: str) -> None:
-    """Sums over steps against finite differences of whole drives, one drawn error a block and a step."""
-    random = np.random.default_rng(3)
-    time = np.arange(0, 2 * HOLDS, 0.1)
-    if model == "tricycle":
-        values = dict.fromkeys(PARAMETERS["tricycle"], 0.0) | {
-            "drive_scale": 0.1,
-            "wheelbase": 1.2,
-            "steering_gain": 1.0,
-        }
-        vehicle = Vehicle("tricycle", values | {"laser_x": 0.4, "laser_y": 0.1, "laser_yaw": 0.3})
-        readings = np.column_stack([8 * time, 0.4 + 0.1 * np.sin(time)])
-    else:
-        values = dict.fromkeys(PARAMETERS["differential"], 0.0) | {"left_radius": 0.1, "right_radius": 0.1, "axle": 0.5}
-        vehicle = Vehicle("differential", values | {"laser_x": 0.4, "laser_yaw": 0.3})
-        readings = np.column_stack([6 * time, 7 * time])
-    slip, steering = 1e-5, 1e-5 if model == "tricycle" else 0.0
-    claimed = wheel_covariances(vehicle, time, readings, time[:1], time[-1:], slip=slip, steering=steering)[0]
-    clean = laser_motion(vehicle, readings)
-    draws = []
-    for _ in range(3000):
-        noisy = readings.copy()
-        counters = [0] if model == "tricycle" else [0, 1]
-        for k in counters:
-            radius = 0.1
-            travel = np.abs(np.diff(readings[:, k])) * radius
-            noisy[1:, k] += np.cumsum(slip * np.sqrt(travel) * random.normal(size=len(travel))) / radius
-        if model == "tricycle":
-            held = np.repeat(random.normal(size=2), len(time) // 2)
-            noisy[:, 1] += steering * held
-        draws.append(tangent(clean, laser_motion(vehicle, noisy)))
-    scatter = np.cov(np.array(draws).T)
-    root = np.sqrt(np.diag(scatter))
-    assert np.allclose(claimed / np.outer(root, root), scatter / np.outer(root, root), atol=0.08)
-
-
-def laser_motion(vehicle: Vehicle, readings: np.ndarray) -> np.ndarray:
-    """T_start_end of the laser as a matrix."""
-    end = dead_reckoning(vehicle, readings)[-1]
-    mount = matrix(np.array(vehicle.laser))
-    return np.asarray(np.linalg.inv(mount) @ matrix(end) @ mount)
-
-
-def matrix(pose: np.ndarray) -> np.ndarray:
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    return np.array([[c, -s, pose[0]], [s, c, pose[1]], [0, 0, 1]])
-
-
-def tangent(clean: np.ndarray, noisy: np.ndarray) -> np.ndarray:
-    """A small motion in the tangent."""
-    e = np.linalg.inv(clean) @ noisy
-    return np.array([e[0, 2], e[1, 2], np.arctan2(e[1, 0], e[0, 0])])
 
 
 def test_dead_reckoning_follows_exact_arcs() -> None:

@@ -40,7 +40,9 @@ class CalibrationOptions(TypedDict, total=False):
     slip: float
     """Slip of a wheel: standard deviation after a metre of path [m]; it grows with the root of the path."""
     steering: float
-    """Standard deviation of the steering angle that the encoder does not see, constant over a motion [rad]."""
+    """Standard deviation of the steering angle that the encoder does not see [rad]."""
+    memory: float
+    """For how long a steering error lasts before it is another one [s]."""
     folds: int
     """Parts of the motions that are held out in turn; 0 leaves this out."""
     asymmetry_level: float

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
-from typing import Literal, cast
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from groma.calibration import Free, VehicleCalibration, Verdict, calibrate, calibration_defaults
+from groma.calibration import Free, VehicleCalibration, Verdict, calibrate
 from groma.egomotion import Progress
 from groma.errors import EstimationError, UserError
 from groma.io.recording import Recording
 from groma.io.wheels import steers
 from groma.vehicle import PARAMETERS, Model, Vehicle
 from groma.vehicle_data import VehicleData, vehicle_data
-from groma.wheel_noise import wheel_covariances
 
 CONFIDENCE = 0.95
 """Of the half-widths that are compared with tolerances."""
@@ -99,27 +98,12 @@ def calibrate_vehicle(recording: Recording, request: Request, progress: Progress
     if data.log.steering is None:
         free = [name for name in free if name != "wheelbase"]
     try:
-        found = _estimated(request, data, list(free))
+        found = calibrate(request.model, data.log, data.motions, wheelbase=request.wheelbase, free=free)
     except ValueError as error:
         raise UserError(f"{recording.path}: {error}") from error
     except RuntimeError as error:
         raise EstimationError(f"{recording.path}: {error}") from error
     return CalibratedVehicle(request, data, found, {}, found.verdict({}))
-
-
-def _estimated(request: Request, data: VehicleData, free: list[Free]) -> VehicleCalibration:
-    """Estimate, and once more with the noise of the wheels as a process where the noise of the motions is known."""
-    found = calibrate(request.model, data.log, data.motions, wheelbase=request.wheelbase, free=free)
-    motions = data.motions
-    if motions.covariance is None or found.weak:
-        return found
-    vehicle, defaults = to_vehicle(found, data), calibration_defaults()
-    slip, steering = (float(cast(float, defaults[name])) for name in ("slip", "steering"))
-    noise = wheel_covariances(
-        vehicle, data.wheels.time, data.wheels.readings, motions.start, motions.end, slip=slip, steering=steering
-    )
-    whole = replace(motions, covariance=motions.covariance + noise)
-    return calibrate(request.model, data.log, whole, wheelbase=request.wheelbase, free=free, slip=0.0, steering=0.0)
 
 
 def to_vehicle(found: VehicleCalibration, data: VehicleData) -> Vehicle:

@@ -97,7 +97,7 @@ def plan_vehicle(
         Reach of the vehicle ahead of its base, behind it, and to either side [m].
     noise
         Standard deviations: ``place`` [m], ``heading`` [rad] of a motion, ``slip`` after a metre [m], ``steering``
-        [rad].
+        [rad], which lasts for ``memory`` [s].
     **limits
         See :class:`PlanLimits`.
 

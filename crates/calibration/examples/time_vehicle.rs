@@ -16,7 +16,7 @@ use groma_calibration::vehicle::hand_eye::Form;
 use groma_calibration::vehicle::robust::Problem;
 use groma_calibration::vehicle::start::{Known, Weights, closed_form};
 use groma_calibration::vehicle::{Layout, Model, Motions, Options, Request, Segments, Vehicle, calibrate};
-use groma_models::WheelLog;
+use groma_models::{Token, WheelLog};
 use std::time::{Duration, Instant};
 
 fn best(times: usize, mut run: impl FnMut()) -> Duration {
@@ -59,7 +59,8 @@ fn main() {
         let layout = Layout::new(model, &[]).unwrap();
         for robust in [false, true] {
             let options = Options { robust, folds: 0, ..Options::default() };
-            let problem = Problem { log: &log, motions: &motions, layout: &layout, options: &options };
+            let problem =
+                Problem { log: &log, motions: &motions, layout: &layout, options: &options, token: &Token::new() };
             let start = problem.estimate(vehicle).unwrap();
             let mut off = start.vehicle;
             off.laser =
@@ -69,7 +70,7 @@ fn main() {
             });
             let request = Request { model: Some(model), wheelbase: Some(drives::WHEELBASE), ..Request::default() };
             let whole = best(3, || {
-                std::hint::black_box(calibrate(&log, &motions, &request, &options).unwrap());
+                std::hint::black_box(calibrate(&log, &motions, &request, &options, &Token::new()).unwrap());
             });
             println!(
                 "{name}, robust {robust}: closed form of 1000 {closed:?}, likelihood of 4400 {likelihood:?}, {} turns, with tests {whole:?}",

@@ -5,20 +5,14 @@
 
 mod drives;
 
-use drives::{Random, driving_on, tricycle, windows};
+use drives::{Noise, Random, between_scans, driving_on, quantised, tricycle, windows};
 use groma_calibration::vehicle::{
     Calibration, Model, Motions, Options, Request, Segments, Vehicle, calibrate, prediction, stopping,
 };
 use groma_geometry::Se2;
-use groma_models::{Drive, Tricycle, WheelLog};
-use nalgebra::{Vector2, Vector3};
+use groma_models::{Drive, Token, Tricycle, WheelLog};
 
 const DELAY: f64 = 0.03;
-const SLIP: f64 = 0.5e-3;
-const STEERING: f64 = 0.02;
-const MEMORY: f64 = 3.0;
-const PLACE: f64 = 2e-3;
-const HEADING: f64 = 0.03;
 
 fn vehicle() -> Vehicle {
     let mut vehicle = tricycle(true);
@@ -28,59 +22,25 @@ fn vehicle() -> Vehicle {
     vehicle
 }
 
-/// The log as encoders give it, and what the wheels really did.
-fn logs(vehicle: &Vehicle, seconds: f64, random: &mut Random) -> (WheelLog, WheelLog) {
+/// Readings of the drive as encoders give them, and the motions between its scans.
+fn data(vehicle: &Vehicle, seconds: f64, random: &mut Random) -> (WheelLog, Motions) {
+    let noise = Noise::default_of_notes();
     let clean = driving_on(vehicle, seconds, random);
-    let Drive::Tricycle(t) = vehicle.drive else { panic!("a tricycle") };
-    let time = clean.time().to_vec();
-    let (mut seen, mut done) = (Vec::new(), Vec::new());
-    let (mut counts, mut error, mut last) = (0.0, 0.0, 0.0);
-    let bit = std::f64::consts::TAU / 16384.0;
-    for (k, &now) in time.iter().enumerate() {
-        let step = if k == 0 { Vector2::zeros() } else { clean.steps(time[k - 1], now).unwrap()[0].input };
-        let memory = (-(now - last) / MEMORY).exp();
-        error = error * memory + STEERING.to_radians() * (1.0 - memory * memory).sqrt() * random.normal();
-        last = now;
-        counts += step.x + SLIP * (step.x * t.scale).abs().sqrt() * random.normal() / t.scale;
-        let total = clean.reading(k);
-        seen.push(Vector2::new(total.x.round(), (total.y / bit).round() * bit));
-        done.push(Vector2::new(counts, total.y + error / t.gain));
-    }
-    let new = |readings| WheelLog::new(clean.kind(), time.clone(), readings).unwrap();
-    (new(seen), new(done))
-}
-
-/// Motions between scan poses whose errors are independent: neighbours share a scan.
-fn motions(vehicle: &Vehicle, done: &WheelLog, length: f64, random: &mut Random) -> Motions {
-    let mut motions = drives::exact(vehicle, done, &windows(done, length, 0.3));
-    let noise = drives::Noise { place: PLACE, heading: HEADING.to_radians(), slip: 0.0, steering: 0.0 };
-    let of_pose = noise.covariance();
-    let (mut covariances, mut couplings) = (Vec::new(), Vec::new());
-    let mut before: Vector3<f64> = random.tangent(&noise);
-    for m in &mut motions {
-        let after = random.tangent(&noise);
-        let back = m.motion.inverse().adjoint();
-        couplings.push(-of_pose * back.transpose());
-        covariances.push(of_pose + back * of_pose * back.transpose());
-        m.motion = Se2::exp(before).inverse() * m.motion * Se2::exp(after);
-        m.turn += after.z - before.z;
-        before = after;
-    }
-    couplings.remove(0);
-    Motions { motions, covariances: Some(covariances), couplings: Some(couplings) }
+    let done = drives::done(vehicle, &clean, &noise, random);
+    let motions = between_scans(vehicle, &done, &windows(&done, 1.0, 0.3), &noise, random);
+    (quantised(&clean, 1.0, std::f64::consts::TAU / 16384.0), motions)
 }
 
 fn run(seed: u64, seconds: f64, options: &Options) -> Calibration {
     let (vehicle, mut random) = (vehicle(), Random::new(seed));
-    let (seen, done) = logs(&vehicle, seconds, &mut random);
-    let motions = motions(&vehicle, &done, 1.0, &mut random);
+    let (seen, motions) = data(&vehicle, seconds, &mut random);
     let request = Request {
         model: Some(Model::TricycleAsymmetric),
         wheelbase: Some(drives::WHEELBASE),
         free: &["wheelbase", "gain", "delay"],
         ..Request::default()
     };
-    calibrate(&seen, &motions, &request, options).unwrap()
+    calibrate(&seen, &motions, &request, options, &Token::new()).unwrap()
 }
 
 fn runs(count: u64, seconds: f64, options: &Options) -> (Vec<f64>, Vec<f64>, Vec<f64>) {

@@ -6,7 +6,7 @@ mod drives;
 
 use drives::{arc, differential, driving_on, exact, grid, stop_and_go, straight, tricycle, windows};
 use groma_calibration::vehicle::{Model, Motions, Options, Request, Vehicle, calibrate};
-use groma_models::{Drive, Tricycle};
+use groma_models::{Drive, Token, Tricycle};
 
 const TRICYCLE_SETS: [&[&str]; 4] = [&[], &["wheelbase"], &["gain"], &["wheelbase", "gain"]];
 
@@ -15,7 +15,7 @@ fn is_recovered(vehicle: &Vehicle, log: &groma_models::WheelLog, motions: &Motio
         let options = Options { robust, ..Options::default() };
         let request = Request { model: Some(model), wheelbase: Some(drives::WHEELBASE), free, ..Request::default() };
         let known = if free.contains(&"delay") { request } else { Request { delay: vehicle.delay, ..request } };
-        let found = calibrate(log, motions, &known, &options).unwrap();
+        let found = calibrate(log, motions, &known, &options, &Token::new()).unwrap();
         let (got, truth) = (found.vehicle.to_full(), vehicle.to_full());
         for k in 0..got.len() {
             let scale = truth[k].abs().max(0.01);

@@ -6,6 +6,7 @@ mod drives;
 
 use drives::{Arc, Noise, arc, exact, stop_and_go, straight, tricycle};
 use groma_calibration::vehicle::{Calibration, Model, Options, Request, calibrate};
+use groma_models::Token;
 
 fn calibrated(asymmetric: bool, free: &[&str], arcs: &[Arc]) -> Calibration {
     let vehicle = tricycle(asymmetric);
@@ -14,7 +15,7 @@ fn calibrated(asymmetric: bool, free: &[&str], arcs: &[Arc]) -> Calibration {
     let model = if asymmetric { Model::TricycleAsymmetric } else { Model::Tricycle };
     let request = Request { model: Some(model), wheelbase: Some(drives::WHEELBASE), free, ..Request::default() };
     let options = Options { robust: false, noise_known: true, folds: 0, ..Options::default() };
-    calibrate(&log, &motions, &request, &options).unwrap()
+    calibrate(&log, &motions, &request, &options, &Token::new()).unwrap()
 }
 
 fn rank(found: &Calibration) -> usize {

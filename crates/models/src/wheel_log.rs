@@ -69,11 +69,14 @@ pub struct Step {
     pub input: Vector2<f64>,
     /// Derivative of the inputs by a shift of the whole interval [1/s].
     pub rate: Vector2<f64>,
+    /// Time it takes [s].
+    pub duration: f64,
 }
 
 /// Values at a time and their slopes.
 #[derive(Clone, Copy)]
 struct Knot {
+    time: f64,
     value: Vector2<f64>,
     slope: Vector2<f64>,
 }
@@ -140,7 +143,7 @@ impl WheelLog {
         }
         let after = self.time.partition_point(|&t| t <= start);
         let before = after + self.time[after..].iter().take_while(|&&t| t < end).count();
-        let still = |k: usize| Knot { value: self.readings[k], slope: Vector2::zeros() };
+        let still = |k: usize| Knot { time: self.time[k], value: self.readings[k], slope: Vector2::zeros() };
         let mut knot = self.knot(after, start);
         let inner = (after..before).map(still).chain([self.knot(before, end)]);
         steps.extend(inner.map(|next| self.step(std::mem::replace(&mut knot, next), next)));
@@ -151,7 +154,7 @@ impl WheelLog {
     fn knot(&self, after: usize, time: f64) -> Knot {
         let (a, b) = (after - 1, after);
         let slope = (self.readings[b] - self.readings[a]) / (self.time[b] - self.time[a]);
-        Knot { value: self.readings[a] + slope * (time - self.time[a]), slope }
+        Knot { time, value: self.readings[a] + slope * (time - self.time[a]), slope }
     }
 
     fn step(&self, a: Knot, b: Knot) -> Step {
@@ -159,7 +162,7 @@ impl WheelLog {
             WheelKind::Steered => Vector2::new(b.x - a.x, (a.y + b.y) / 2.0),
             WheelKind::Differential => b - a,
         };
-        Step { input: join(a.value, b.value), rate: join(a.slope, b.slope) }
+        Step { input: join(a.value, b.value), rate: join(a.slope, b.slope), duration: b.time - a.time }
     }
 }
 
@@ -178,6 +181,7 @@ mod tests {
         let steps = log(WheelKind::Differential).steps(0.5, 3.0).unwrap();
         let total: Vector2<f64> = steps.iter().map(|s| s.input).sum();
         assert_eq!(steps.len(), 3);
+        assert_eq!(steps.iter().map(|s| s.duration).collect::<Vec<_>>(), [0.5, 1.0, 1.0]);
         assert!((total - Vector2::new(25.0 - 5.0, -0.2 - 0.1)).norm() < 1e-14);
     }
 

@@ -1,6 +1,7 @@
 //! `groma.calibration`: vehicles from wheel readings and laser motions.
 
 use crate::pose_graph::estimation_error;
+use crate::token::interruptible;
 use groma_calibration::vehicle::hand_eye::Form;
 use groma_calibration::vehicle::parameters::{DELAY, GAIN, WHEELBASE};
 use groma_calibration::vehicle::start::{Known, Weights, closed_form};
@@ -13,7 +14,7 @@ use groma_models::{WheelKind, WheelLog};
 use nalgebra::{Matrix3, Vector2};
 use numpy::ndarray::{Array2, ArrayView3};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -64,7 +65,8 @@ fn vehicle_calibrate<'py>(
     let (model, wheelbase, gain, delay, free) = asked;
     let free: Vec<&str> = free.iter().map(String::as_str).collect();
     let request = Request { model: to_model(model.as_deref())?, wheelbase, gain, delay, free: &free };
-    let found = py.detach(|| calibrate(&log, &motions, &request, &options)).map_err(|e| raise(py, &e))?;
+    let found = interruptible(py, None, None, |token| calibrate(&log, &motions, &request, &options, token))?;
+    let found = found.map_err(|e| raise(py, &e))?;
     to_dict(py, &found, options.noise_known && !options.robust)
 }
 
@@ -177,6 +179,7 @@ fn raise(py: Python<'_>, error: &Error) -> PyErr {
     let message = error.to_string();
     match error {
         Error::TooFew { .. } | Error::Degenerate(_) => estimation_error(py, message),
+        Error::Cancelled(_) => PyKeyboardInterrupt::new_err(message),
         _ => PyValueError::new_err(message),
     }
 }

@@ -44,7 +44,6 @@ impl Token {
 /// Runs work with the GIL released. Signals are handled meanwhile: an exception of a handler (Ctrl-C) cancels the work and is
 /// raised once it has ended; a handler that cancels the token itself lets the work return what it has. `show` is called now
 /// and then with the progress.
-#[expect(dead_code, reason = "the pipelines run with it")]
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     token: Option<&Token>,

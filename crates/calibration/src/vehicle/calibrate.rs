@@ -17,7 +17,7 @@ use super::parameters::{DELAY, Layout, Model, OFFSET_BACKWARD, OFFSET_FORWARD, V
 use super::robust::{Fit, Problem, RESIDUAL};
 use super::sandwich::{Bread, ENOUGH};
 use super::search::search;
-use groma_models::{Drive, WheelKind, WheelLog};
+use groma_models::{Drive, Token, WheelKind, WheelLog};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// Share of a motion around its start in which wheels that move tell continuous driving.
@@ -82,12 +82,13 @@ pub struct Calibration {
 /// Estimates a vehicle.
 ///
 /// # Errors
-/// See [`Error`]. Weak directions are no error but part of the result.
+/// See [`Error`]; [`Error::Cancelled`] soon after the token was. Weak directions are no error but part of the result.
 pub fn calibrate(
     log: &WheelLog,
     motions: &Motions,
     request: &Request<'_>,
     options: &Options,
+    token: &Token,
 ) -> Result<Calibration, Error> {
     options.validate()?;
     motions.check()?;
@@ -96,7 +97,7 @@ pub fn calibrate(
     let layout = Layout::new(model, &free)?;
     let kept = kept(log, motions, &layout, request, options, &mut notes)?;
     let used = motions.subset(&kept);
-    let problem = Problem { log, motions: &used, layout: &layout, options };
+    let problem = Problem { log, motions: &used, layout: &layout, options, token };
     let start = search(&problem, request)?;
     let mut judged = judge(&problem, problem.estimate(start)?)?;
     let mut tests = Vec::new();

@@ -1,6 +1,6 @@
 //! What may go wrong in a calibration, as values.
 
-use groma_models::wheel_log;
+use groma_models::{Cancelled, wheel_log};
 use thiserror::Error;
 
 /// The one error of this part.
@@ -49,4 +49,7 @@ pub enum Error {
     /// Nothing moved, or nothing turned: the closed form has no solution.
     #[error("{0}")]
     Degenerate(&'static str),
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }

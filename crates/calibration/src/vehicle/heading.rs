@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn one_steering_angle_holds_no_offset() {
-        let step = |n: f64| Step { input: Vector2::new(n, 0.3), rate: Vector2::zeros() };
+        let step = |n: f64| Step { input: Vector2::new(n, 0.3), rate: Vector2::zeros(), duration: 1.0 };
         let rows: Vec<Row> = [100.0, 250.0, -80.0].iter().map(|&n| Row::new(&[step(n)], 1.0, n * 1e-3, 1.0)).collect();
         assert!(symmetric(&rows).is_none() && asymmetric(&rows).is_none());
     }

@@ -32,7 +32,7 @@ pub struct HeldOut {
 /// Those of the estimates.
 pub fn held_out(problem: &Problem<'_>, start: &Vehicle, folds: usize) -> Result<Option<HeldOut>, Error> {
     let count = problem.motions.motions.len();
-    if folds < 2 || count < 2 * folds {
+    if folds < 2 || count / 2 < folds {
         return Ok(None);
     }
     let mut errors: Vec<Vector3<f64>> = Vec::with_capacity(count);

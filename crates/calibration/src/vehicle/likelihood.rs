@@ -1,20 +1,16 @@
-//! Residuals of all motions, made white, and the normal equations of a Gauss-Newton step.
-//!
-//! The covariance of all residuals is block tridiagonal, for neighbours share a scan. Its Cholesky factor has blocks
+//! Residuals of all motions, and the normal equations of a Gauss-Newton step.
 //!
 //! ```text
-//! L_k L_k^T = S_k - M_k M_k^T,   M_k = C_k-1^T L_k-1^-T          S_k block k, C_k-1 covariance of k - 1 and k
-//! y_k = L_k^-1 (r_k - M_k y_k-1),  and the rows of the design alike
-//! N = sum W_k^T W_k,   g = sum W_k^T y_k,   step: N dx = g
+//! N = sum W_k^T W_k,   g = sum W_k^T y_k,   step: N dx = g       y, W residual and design, made white
 //! ```
 //!
-//! Weights come after: y given what was before is what an outlier makes large, and what a weight makes small.
+//! They are made white first ([`super::whitener`]). Weights come after: y given what was before is what an outlier makes large,
+//! and what a weight makes small.
 
 use super::motions::{Motions, Segments};
-use super::noise::Scatter;
 use super::parameters::{Full, FullSquare, Layout, Vehicle};
-use super::prediction::{self, Matrix3x9, Prediction};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SymmetricEigen, Vector3};
+use super::prediction::{self, Matrix3x9};
+use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 
 /// Eigenvalues at this share of the largest are rounding.
 const ROUNDING: f64 = 1e-13;
@@ -28,18 +24,18 @@ pub struct Row {
     pub design: Matrix3x9,
 }
 
-/// Predictions and rows of all motions. A motion without steps (a delay drove it off the log) says nothing.
+/// Rows of all motions. A motion without steps (a delay drove it off the log) says nothing.
 #[must_use]
-pub fn rows(vehicle: &Vehicle, segments: &Segments, motions: &Motions) -> (Vec<Prediction>, Vec<Row>) {
+pub fn rows(vehicle: &Vehicle, segments: &Segments, motions: &Motions) -> Vec<Row> {
     let one = |(k, m): (usize, &super::Motion)| {
-        let prediction = prediction::predict(vehicle, segments.steps(k));
         if segments.steps(k).is_empty() {
-            return (prediction, Row { residual: Vector3::zeros(), design: Matrix3x9::zeros() });
+            return Row { residual: Vector3::zeros(), design: Matrix3x9::zeros() };
         }
+        let prediction = prediction::predict(vehicle, segments.steps(k));
         let residual = prediction::residual(&m.motion, &prediction.motion);
-        (prediction, Row { residual, design: prediction::design(&prediction, &residual) })
+        Row { residual, design: prediction::design(&prediction, &residual) }
     };
-    motions.motions.iter().enumerate().map(one).unzip()
+    motions.motions.iter().enumerate().map(one).collect()
 }
 
 /// Residuals only.
@@ -50,67 +46,6 @@ pub fn residuals(vehicle: &Vehicle, segments: &Segments, motions: &Motions) -> V
         steps => prediction::residual(&m.motion, &prediction::motion(vehicle, steps)),
     };
     motions.motions.iter().enumerate().map(one).collect()
-}
-
-/// The Cholesky factor of a block tridiagonal covariance.
-#[derive(Clone, Debug)]
-pub struct Whitener {
-    inverses: Vec<Matrix3<f64>>,
-    lower: Option<Vec<Matrix3<f64>>>,
-}
-
-impl Whitener {
-    /// Nothing when the covariance is not positive definite.
-    #[must_use]
-    pub fn new(scatter: &Scatter) -> Option<Self> {
-        let Some(couplings) = &scatter.couplings else {
-            let inverse = |s: &Matrix3<f64>| inverse_factor(s);
-            if let (true, Some(block)) = (scatter.common, scatter.blocks.first()) {
-                return Some(Self { inverses: vec![inverse(block)?; scatter.blocks.len()], lower: None });
-            }
-            return Some(Self { inverses: scatter.blocks.iter().map(inverse).collect::<Option<_>>()?, lower: None });
-        };
-        let mut inverses: Vec<Matrix3<f64>> = Vec::with_capacity(scatter.blocks.len());
-        let mut lower = vec![Matrix3::zeros()];
-        for (k, block) in scatter.blocks.iter().enumerate() {
-            if let (Some(before), Some(c)) = (inverses.last(), k.checked_sub(1).map(|j| couplings[j])) {
-                lower.push(c.transpose() * before.transpose());
-            }
-            inverses.push(inverse_factor(&(block - lower[k] * lower[k].transpose()))?);
-        }
-        Some(Self { inverses, lower: Some(lower) })
-    }
-
-    /// White rows.
-    #[must_use]
-    pub fn rows(&self, rows: &[Row]) -> Vec<Row> {
-        let mut white: Vec<Row> = Vec::with_capacity(rows.len());
-        for (k, row) in rows.iter().enumerate() {
-            let Row { mut residual, mut design } = *row;
-            if let Some((lower, before)) = self.lower.as_ref().zip(white.last()) {
-                residual -= lower[k] * before.residual;
-                design -= lower[k] * before.design;
-            }
-            white.push(Row { residual: self.inverses[k] * residual, design: self.inverses[k] * design });
-        }
-        white
-    }
-
-    /// White columns of any number.
-    #[must_use]
-    pub fn columns<const N: usize>(&self, columns: &[SMatrix<f64, 3, N>]) -> Vec<SMatrix<f64, 3, N>> {
-        let mut white: Vec<SMatrix<f64, 3, N>> = Vec::with_capacity(columns.len());
-        for (k, column) in columns.iter().enumerate() {
-            let before = self.lower.as_ref().zip(white.last());
-            let own = before.map_or(*column, |(lower, before)| column - lower[k] * before);
-            white.push(self.inverses[k] * own);
-        }
-        white
-    }
-}
-
-fn inverse_factor(block: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-    block.cholesky()?.l().try_inverse()
 }
 
 impl Row {

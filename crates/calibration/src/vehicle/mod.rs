@@ -23,6 +23,8 @@ pub mod search;
 pub mod start;
 pub mod stopping;
 pub mod trim;
+pub mod wheel_process;
+pub mod whitener;
 
 pub use calibrate::{Calibration, Request, calibrate};
 pub use error::Error;

@@ -1,7 +1,11 @@
 //! Settings of a calibration.
 
 use super::Error;
+use groma_models::WheelNoise;
 use serde::{Deserialize, Serialize};
+
+/// A delay beyond this is a clock of its own [s].
+const LONGEST_DELAY: f64 = 10.0;
 
 /// Settings; the default suits an industrial vehicle with a safety scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,8 +19,10 @@ pub struct Options {
     pub noise_known: bool,
     /// Slip of a wheel: standard deviation after a metre of path [m]; it grows with the root of the path.
     pub slip: f64,
-    /// Standard deviation of the steering angle that the encoder does not see, constant over a motion [rad].
+    /// Standard deviation of the steering angle that the encoder does not see [rad].
     pub steering: f64,
+    /// For how long a steering error lasts before it is another one [s].
+    pub memory: f64,
     /// Parts of the motions that are held out in turn; 0 leaves this out.
     pub folds: usize,
     /// Level at which an asymmetry of the steering is believed.
@@ -29,12 +35,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
+        let WheelNoise { slip, steering, memory } = WheelNoise::default();
         Self {
             robust: true,
             tail: 4.0,
             noise_known: false,
-            slip: 0.5e-3,
-            steering: 0.02_f64.to_radians(),
+            slip,
+            steering,
+            memory,
             folds: 2,
             asymmetry_level: 0.01,
             asymmetry_sigma_max: 1_f64.to_radians(),
@@ -44,6 +52,12 @@ impl Default for Options {
 }
 
 impl Options {
+    /// What the wheels do beside what they read.
+    #[must_use]
+    pub fn noise(&self) -> WheelNoise {
+        WheelNoise { slip: self.slip, steering: self.steering, memory: self.memory }
+    }
+
     /// Whether every setting is in its range.
     ///
     /// # Errors
@@ -54,10 +68,11 @@ impl Options {
             (self.tail.is_finite() && self.tail > 0.0, "tail", "above 0"),
             (not_negative(self.slip), "slip", "0 m or more"),
             (not_negative(self.steering), "steering", "0 rad or more"),
+            (self.memory.is_finite() && self.memory > 0.0, "memory", "above 0 s"),
             (self.folds != 1, "folds", "0, or 2 or more"),
             (self.asymmetry_level > 0.0 && self.asymmetry_level < 1.0, "asymmetry_level", "between 0 and 1"),
             (self.asymmetry_sigma_max > 0.0, "asymmetry_sigma_max", "above 0 rad"),
-            (not_negative(self.delay_max), "delay_max", "0 s or more"),
+            ((0.0..=LONGEST_DELAY).contains(&self.delay_max), "delay_max", "between 0 and 10 s"),
         ];
         match checks.iter().find(|(fits, ..)| !fits) {
             None => Ok(()),

@@ -1,4 +1,4 @@
-//! The motion of the laser that wheels predict, with its derivatives and the scatter that slip adds.
+//! The motion of the laser that wheels predict, with its derivatives.
 //!
 //! With the base moving by `T_o = prod T_j` over the steps of a motion and the laser at M on it:
 //!
@@ -8,11 +8,9 @@
 //! T exp(e):       e = Ad(M^-1) d + (1 - Ad(T^-1)) m   for M exp(m)
 //! ```
 //!
-//! Slip: white noise on the path of every wheel, of variance `slip^2 |path|`, carried to the end in the same way.
-//! An unseen error of the steering, constant over the motion, acts like both offsets. Source: the adjoint, as in
-//! `groma-geometry`; noise model: `docs/theory/vehicle_calibration.md`.
+//! What wheels do beside is in [`super::wheel_process`]. Source: the adjoint, as in `groma-geometry`.
 
-use super::parameters::{DELAY, FULL, LASER, OFFSET_BACKWARD, OFFSET_FORWARD, Vehicle};
+use super::parameters::{DELAY, FULL, LASER, Vehicle};
 use groma_geometry::Se2;
 use groma_models::wheel_log::Step;
 use groma_models::{Drive, Increment, increment};
@@ -93,45 +91,4 @@ pub fn design(prediction: &Prediction, residual: &Vector3<f64>) -> Matrix3x9 {
     design.set_row(0, &x);
     design.set_row(1, &y);
     design
-}
-
-/// Covariance of the motion of the laser by slip and unseen steering, in its frame at the end.
-#[must_use]
-pub fn wheel_noise(
-    vehicle: &Vehicle,
-    steps: &[Step],
-    prediction: &Prediction,
-    slip: f64,
-    steering: f64,
-) -> Matrix3<f64> {
-    let mut by_slip = Matrix3::zeros();
-    for step in steps {
-        let increment = vehicle.drive.increment(step.input);
-        let carried = increment.motion.inverse().adjoint();
-        by_slip = carried * by_slip * carried.transpose();
-        for (direction, path) in wheel_paths(&vehicle.drive, step, &increment) {
-            by_slip += direction * direction.transpose() * (slip * slip * path.abs());
-        }
-    }
-    let to_laser = vehicle.laser.inverse().adjoint();
-    let by_steering = match vehicle.drive {
-        Drive::Tricycle(_) => prediction.jacobian.column(OFFSET_FORWARD) + prediction.jacobian.column(OFFSET_BACKWARD),
-        Drive::Differential(_) => Vector3::zeros(),
-    } * steering;
-    to_laser * by_slip * to_laser.transpose() + by_steering * by_steering.transpose()
-}
-
-/// Of every driven wheel: the motion of the base per metre of its path, and that path [m].
-fn wheel_paths(drive: &Drive, step: &Step, increment: &Increment) -> [(Vector3<f64>, f64); 2] {
-    let scales = match drive {
-        Drive::Tricycle(t) => [t.scale, 0.0],
-        Drive::Differential(d) => [d.left, d.right],
-    };
-    [0, 1].map(|w| {
-        let scale = scales[w];
-        if scale == 0.0 {
-            return (Vector3::zeros(), 0.0);
-        }
-        (increment.by_input.column(w) / scale, scale * step.input[w])
-    })
 }

@@ -7,24 +7,28 @@
 //! s^2 = sum(w d^2)/(3 sum(w))   or, where one S is estimated,   S = sum(w r r^T)/sum(w)
 //! ```
 //!
-//! and a weighted step, in turn until nothing moves. The likelihood rises in every turn. With couplings r is what a
+//! and a weighted step, in turn until nothing moves; the noise of the wheels is that of the vehicle so far, so that it is
+//! that of the estimate in the end. The likelihood rises in every turn. With couplings r is what a
 //! residual has beyond what the one before tells of it, and S its covariance. The divisor `sum(w)`, which is the number
 //! of residuals in the end, makes this a few turns (Kent, Tyler, Vardi, Comm. Statist. Simul. 23 (1994)).
 //! Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", JASA 84 (1989).
 
-use super::likelihood::{self, Row, Whitener};
+use super::Error;
+use super::likelihood::{self, Row};
 use super::motions::{Motions, Segments};
 use super::noise::Scatter;
 use super::options::Options;
 use super::parameters::{DELAY, Full, Layout, Vehicle};
-use super::{Error, prediction::Prediction};
-use groma_models::WheelLog;
+use super::whitener::Whitener;
+use groma_models::{Token, WheelLog};
 use nalgebra::{DVector, Matrix3, Vector3};
 
 /// Turns of the iteration, at most.
 const TURNS: usize = 100;
-/// Turns after which the noise of the wheels is kept as it is.
-const NOISE_TURNS: usize = 3;
+/// Turns, at least.
+const LEAST_TURNS: usize = 3;
+/// The noise of the wheels follows the vehicle until it moves by less than this share of a standard deviation, squared.
+const NOISE_STILL: f64 = 1e-6;
 /// The end: a step of this share of a standard deviation, squared.
 const STILL: f64 = 1e-10;
 /// The end in numbers: a step of this share of what would be of no use.
@@ -53,6 +57,8 @@ pub struct Problem<'a> {
     pub layout: &'a Layout,
     /// Settings.
     pub options: &'a Options,
+    /// Asks a long fit to end.
+    pub token: &'a Token,
 }
 
 /// An estimate and all that its judgement needs.
@@ -90,7 +96,6 @@ pub struct Noise {
 struct State {
     vehicle: Vehicle,
     segments: Segments,
-    predictions: Vec<Prediction>,
     rows: Vec<Row>,
 }
 
@@ -98,13 +103,15 @@ impl Problem<'_> {
     /// Improves a start until nothing moves.
     ///
     /// # Errors
-    /// [`Error::Degenerate`] when the stated covariance of the motions, with its couplings, is none.
+    /// [`Error::Degenerate`] when the stated covariance of the motions, with its couplings, is none;
+    /// [`Error::Cancelled`].
     pub fn estimate(&self, start: Vehicle) -> Result<Fit, Error> {
         let mut state = self.state(start, self.read(&start));
         let mut noise = Noise::new(self.scatter(&state), state.rows.len())?;
-        let (mut turns, mut converged) = (0, false);
+        let (mut turns, mut converged, mut moving) = (0, false, false);
         while turns < TURNS && !converged {
-            if turns > 0 && turns < NOISE_TURNS && !noise.scatter.common {
+            self.token.check()?;
+            if moving && !noise.scatter.common {
                 let scatter = self.scatter(&state);
                 noise = Noise { whitener: whitener(&scatter)?, scatter, ..noise };
             }
@@ -115,18 +122,19 @@ impl Problem<'_> {
             turns += 1;
             let settled = !self.options.robust || (noise.scale_sq / before - 1.0).abs() < SETTLED;
             let still = length_sq <= STILL * noise.scale_sq && settled;
-            converged = turns >= NOISE_TURNS && (still || moved <= ROUNDING);
+            moving = length_sq > NOISE_STILL * noise.scale_sq;
+            converged = turns >= LEAST_TURNS && (still || moved <= ROUNDING);
         }
         self.finish(state, noise, turns, converged)
     }
 
     fn state(&self, vehicle: Vehicle, segments: Segments) -> State {
-        let (predictions, rows) = likelihood::rows(&vehicle, &segments, self.motions);
-        State { vehicle, segments, predictions, rows }
+        let rows = likelihood::rows(&vehicle, &segments, self.motions);
+        State { vehicle, segments, rows }
     }
 
     fn scatter(&self, state: &State) -> Scatter {
-        Scatter::new(self.motions, &state.vehicle, &state.segments, &state.predictions, self.options)
+        Scatter::new(self.motions, &state.vehicle, &state.segments, self.options)
     }
 
     /// Weights and scale of the residuals as they are.

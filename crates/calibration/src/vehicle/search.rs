@@ -25,27 +25,27 @@ const DELAY_STEP: f64 = 0.02;
 /// A start for the likelihood.
 ///
 /// # Errors
-/// [`Error::Degenerate`] when nothing moved.
+/// [`Error::Degenerate`] when nothing moved; [`Error::Cancelled`].
 pub fn search(problem: &Problem<'_>, request: &Request<'_>) -> Result<Vehicle, Error> {
     let known = known(problem.layout, request);
     let search = Search::new(problem);
-    let mut best = search.candidate(&known, &NO_TRIM);
+    let mut best = search.candidate(&known, &NO_TRIM)?;
     if problem.layout.is_free(GAIN) {
         let gain = |k: i32| known.gain * GAIN_STEP.powi(k);
-        best = search.better(best, (-GAIN_STEPS..=GAIN_STEPS).map(|k| Known { gain: gain(k), ..known }));
+        best = search.better(best, (-GAIN_STEPS..=GAIN_STEPS).map(|k| Known { gain: gain(k), ..known }))?;
     }
     if problem.layout.is_free(DELAY) {
         let at = best.as_ref().map_or(known, |(_, at, _)| *at);
         let steps = (problem.options.delay_max / DELAY_STEP) as i32;
-        best = search.better(best, (-steps..=steps).map(|k| Known { delay: f64::from(k) * DELAY_STEP, ..at }));
+        best = search.better(best, (-steps..=steps).map(|k| Known { delay: f64::from(k) * DELAY_STEP, ..at }))?;
     }
     if problem.layout.is_free(GAIN) {
         let at = best.as_ref().map_or(known, |(_, at, _)| *at);
         let finer = (-10..=10).map(|k| Known { gain: at.gain * GAIN_STEP.powf(f64::from(k) / 10.0), ..at });
-        best = search.better(best, finer);
+        best = search.better(best, finer)?;
     }
     let at = best.as_ref().map_or(known, |(_, at, _)| *at);
-    best = [best, search.candidate(&at, &Trim::default())].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+    best = [best, search.candidate(&at, &Trim::default())?].into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
     let found = best.map(|(_, _, vehicle)| vehicle).or_else(|| search.fallback(&known));
     let found = found.ok_or(Error::Degenerate("nothing moved: wheels and laser must both have moved"))?;
     Ok(if problem.layout.is_free(GAIN) { found.facing_forward() } else { found })
@@ -77,12 +77,21 @@ impl<'a> Search<'a> {
         Self { problem, weights, information }
     }
 
-    fn better(&self, best: Option<Candidate>, tries: impl Iterator<Item = Known>) -> Option<Candidate> {
-        tries.filter_map(|known| self.candidate(&known, &NO_TRIM)).chain(best).min_by(|a, b| a.0.total_cmp(&b.0))
+    fn better(
+        &self,
+        mut best: Option<Candidate>,
+        tries: impl Iterator<Item = Known>,
+    ) -> Result<Option<Candidate>, Error> {
+        for known in tries {
+            let other = self.candidate(&known, &NO_TRIM)?;
+            best = other.into_iter().chain(best).min_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        Ok(best)
     }
 
     /// The best of both forms, of the model and its symmetric kind.
-    fn candidate(&self, known: &Known, trim: &Trim) -> Option<Candidate> {
+    fn candidate(&self, known: &Known, trim: &Trim) -> Result<Option<Candidate>, Error> {
+        self.problem.token.check()?;
         let motions = &self.problem.motions.motions;
         let segments = Segments::new(self.problem.log, motions, known.delay);
         let all: Vec<usize> = (0..motions.len()).filter(|&k| !segments.steps(k).is_empty()).collect();
@@ -101,7 +110,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        best
+        Ok(best)
     }
 
     fn fallback(&self, known: &Known) -> Option<Vehicle> {

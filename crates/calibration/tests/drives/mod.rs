@@ -3,7 +3,7 @@
 
 use groma_calibration::vehicle::{Motion, Motions, Segments, Vehicle, prediction};
 use groma_geometry::Se2;
-use groma_models::{Differential, Drive, Tricycle, WheelKind, WheelLog, increment};
+use groma_models::{Differential, Drive, Tricycle, WheelKind, WheelLog};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -36,11 +36,13 @@ pub struct Noise {
     pub heading: f64,
     pub slip: f64,
     pub steering: f64,
+    pub memory: f64,
 }
 
 impl Noise {
     pub fn default_of_notes() -> Self {
-        Self { place: 2e-3, heading: 0.03_f64.to_radians(), slip: 0.5e-3, steering: 0.02_f64.to_radians() }
+        let steering = 0.02_f64.to_radians();
+        Self { place: 2e-3, heading: 0.03_f64.to_radians(), slip: 0.5e-3, steering, memory: 3.0 }
     }
 
     pub fn covariance(&self) -> Matrix3<f64> {
@@ -97,6 +99,9 @@ pub fn grid(count: usize, from: f64, to: f64, beta: f64) -> Vec<Arc> {
     arcs
 }
 
+/// Time between readings on an arc, about [s].
+const BETWEEN: f64 = 0.2;
+
 /// Arcs with stops between, at a metre a second, as a log of readings and the times of the arcs.
 pub fn stop_and_go(vehicle: &Vehicle, arcs: &[Arc]) -> (WheelLog, Vec<(f64, f64)>) {
     let (mut time, mut readings, mut spans) = (Vec::new(), Vec::new(), Vec::new());
@@ -111,10 +116,13 @@ pub fn stop_and_go(vehicle: &Vehicle, arcs: &[Arc]) -> (WheelLog, Vec<(f64, f64)
             Drive::Differential(_) => counts,
         };
         push(now + 1.0, reading(counts));
-        push(now + 2.0, reading(counts));
+        let steps = (a.path.abs() / BETWEEN).ceil();
+        for k in 0..=steps as usize {
+            let share = k as f64 / steps;
+            push(now + 2.0 + share * a.path.abs(), reading(counts + travel(vehicle, a) * share));
+        }
         let end = now + 2.0 + a.path.abs();
         counts += travel(vehicle, a);
-        push(end, reading(counts));
         push(end + 1.0, reading(counts));
         spans.push((now + 2.0, end));
         now = end + 1.0;
@@ -160,33 +168,75 @@ pub fn with_covariance(motions: Vec<Motion>, covariance: Matrix3<f64>) -> Motion
     Motions { motions, covariances, couplings: None }
 }
 
-/// Noisy motions of arcs of one step each: steering error and slip of the arc, then of the measured motion.
+/// Noisy motions between these times: what the wheels did, then the errors of the measured motion.
 pub fn noisy(vehicle: &Vehicle, log: &WheelLog, spans: &[(f64, f64)], noise: &Noise, random: &mut Random) -> Motions {
-    let mut motions = exact(vehicle, log, spans);
-    let segments = Segments::new(log, &motions, vehicle.delay);
-    for (k, m) in motions.iter_mut().enumerate() {
-        let twist: Vector2<f64> = segments.steps(k).iter().map(|s| driven(vehicle, s.input, noise, random)).sum();
-        let base = increment::arc(twist);
+    let mut motions = exact(vehicle, &done(vehicle, log, noise, random), spans);
+    for m in &mut motions {
         let xi = random.tangent(noise);
-        m.motion = (vehicle.laser.inverse() * base * vehicle.laser).plus(xi);
-        m.turn = twist.y + xi.z;
+        m.motion = m.motion.plus(xi);
+        m.turn += xi.z;
     }
     with_covariance(motions, noise.covariance())
 }
 
-/// Path and turn with slip and an unseen steering error.
-fn driven(vehicle: &Vehicle, input: Vector2<f64>, noise: &Noise, random: &mut Random) -> Vector2<f64> {
-    let mut slipped = |path: f64| path + noise.slip * path.abs().sqrt() * random.normal();
-    match vehicle.drive {
-        Drive::Tricycle(t) => {
-            let counts = slipped(t.scale * input.x) / t.scale;
-            vehicle.drive.path_and_turn(Vector2::new(counts, input.y + noise.steering * random.normal() / t.gain))
+/// What the wheels did while the log was read: slip on every path, a steering error that remembers.
+pub fn done(vehicle: &Vehicle, log: &WheelLog, noise: &Noise, random: &mut Random) -> WheelLog {
+    let time = log.time();
+    let mut error = noise.steering * random.normal();
+    let mut slipped: Vector2<f64> = Vector2::zeros();
+    let mut readings = Vec::with_capacity(time.len());
+    for k in 0..time.len() {
+        if k > 0 {
+            let keep = (-(time[k] - time[k - 1]) / noise.memory).exp();
+            error = keep * error + noise.steering * (1.0 - keep * keep).sqrt() * random.normal();
+            let gained = log.reading(k) - log.reading(k - 1);
+            let mut slip =
+                |scale: f64, counts: f64| noise.slip * (scale * counts).abs().sqrt() * random.normal() / scale;
+            slipped += match vehicle.drive {
+                Drive::Tricycle(t) => Vector2::new(slip(t.scale, gained.x), 0.0),
+                Drive::Differential(d) => Vector2::new(slip(d.left, gained.x), slip(d.right, gained.y)),
+            };
         }
-        Drive::Differential(d) => {
-            let (left, right) = (slipped(d.left * input.x) / d.left, slipped(d.right * input.y) / d.right);
-            vehicle.drive.path_and_turn(Vector2::new(left, right))
-        }
+        let bent = match vehicle.drive {
+            Drive::Tricycle(t) => Vector2::new(0.0, error / t.gain),
+            Drive::Differential(_) => Vector2::zeros(),
+        };
+        readings.push(log.reading(k) + slipped + bent);
     }
+    WheelLog::new(log.kind(), time.to_vec(), readings).unwrap()
+}
+
+/// The log as encoders give it: counters and steering in steps.
+pub fn quantised(log: &WheelLog, counter: f64, steering: f64) -> WheelLog {
+    let second = if log.kind() == WheelKind::Steered { steering } else { counter };
+    let rounded = |v: f64, step: f64| if step > 0.0 { (v / step).round() * step } else { v };
+    let reading = |k: usize| Vector2::new(rounded(log.reading(k).x, counter), rounded(log.reading(k).y, second));
+    WheelLog::new(log.kind(), log.time().to_vec(), (0..log.time().len()).map(reading).collect()).unwrap()
+}
+
+/// Motions between scan poses whose errors are independent: neighbours share a scan.
+pub fn between_scans(
+    vehicle: &Vehicle,
+    done: &WheelLog,
+    spans: &[(f64, f64)],
+    noise: &Noise,
+    random: &mut Random,
+) -> Motions {
+    let mut motions = exact(vehicle, done, spans);
+    let of_pose = noise.covariance();
+    let (mut covariances, mut couplings) = (Vec::new(), Vec::new());
+    let mut before: Vector3<f64> = random.tangent(noise);
+    for m in &mut motions {
+        let after = random.tangent(noise);
+        let back = m.motion.inverse().adjoint();
+        couplings.push(-of_pose * back.transpose());
+        covariances.push(of_pose + back * of_pose * back.transpose());
+        m.motion = Se2::exp(before).inverse() * m.motion * Se2::exp(after);
+        m.turn += after.z - before.z;
+        before = after;
+    }
+    couplings.remove(0);
+    Motions { motions, covariances: Some(covariances), couplings: Some(couplings) }
 }
 
 /// Throws a share of motions far off, in place and turn.

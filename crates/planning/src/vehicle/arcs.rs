@@ -8,9 +8,10 @@
 //!
 //! A differential drive has the radius of its arc instead of a steering angle; a spin has radius 0.
 
+use groma_calibration::vehicle::wheel_process::WheelProcess;
 use groma_calibration::vehicle::{Layout, Vehicle, prediction};
 use groma_models::wheel_log::Step;
-use groma_models::{Drive, increment};
+use groma_models::{Drive, WheelNoise, increment};
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -78,13 +79,14 @@ pub struct Noise {
     pub slip: f64,
     /// Of the steering angle [rad].
     pub steering: f64,
+    /// For how long a steering error lasts [s].
+    pub memory: f64,
 }
 
 impl Default for Noise {
     fn default() -> Self {
-        let calibration = groma_calibration::vehicle::Options::default();
-        let heading = 0.03_f64.to_radians();
-        Self { place: 2e-3, heading, slip: calibration.slip, steering: calibration.steering }
+        let WheelNoise { slip, steering, memory } = WheelNoise::default();
+        Self { place: 2e-3, heading: 0.03_f64.to_radians(), slip, steering, memory }
     }
 }
 
@@ -130,7 +132,7 @@ impl Arc {
     }
 
     fn step(&self) -> Step {
-        Step { input: self.input, rate: Vector2::zeros() }
+        Step { input: self.input, rate: Vector2::zeros(), duration: self.path.abs() / self.speed }
     }
 
     /// Path and turn of the base.
@@ -157,7 +159,8 @@ impl Arc {
         let steps = [self.step()];
         let predicted = prediction::predict(vehicle, &steps);
         let of_scans = Vector3::new(noise.place, noise.place, noise.heading).map(|s| s * s);
-        let of_wheels = prediction::wheel_noise(vehicle, &steps, &predicted, noise.slip, noise.steering);
+        let wheels = WheelNoise { slip: noise.slip, steering: noise.steering, memory: noise.memory };
+        let of_wheels = WheelProcess::new(vehicle, &steps, &wheels).marginal(&wheels);
         let covariance = Matrix3::from_diagonal(&of_scans) + of_wheels;
         let inverse = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
         layout.reduced(&(predicted.jacobian.tr_mul(&(inverse * predicted.jacobian))))
