@@ -31,8 +31,7 @@ from groma.localization_simulation import PATHS, Day, DriveName, calibrated_vehi
 from groma.localize import Request, localize_drive
 from groma.localized import Chart, Localized
 from groma.mapper import map_drive
-from groma.mapping import Landmarks, no_landmarks
-from groma.promotion import chosen, joined
+from groma.mapping import Landmarks, chosen, joined, no_landmarks
 from groma.simulation import Simulated, simulate
 from groma.survey import survey as survey_at
 from groma.vehicle import Vehicle

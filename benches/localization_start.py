@@ -30,8 +30,8 @@ from groma.localization_simulation import Day, drive_scenario
 from groma.localize import Request, detect, localize_drive
 from groma.localized import Chart, Localized
 from groma.mapper import map_drive
+from groma.mapping import chosen
 from groma.models import LaserScan
-from groma.promotion import chosen
 from groma.simulation import Simulated, beam_geometry, simulate
 from groma.wheel_motion import Motions, calibration_covariance, wheel_motions
 

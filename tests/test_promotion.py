@@ -27,29 +27,21 @@ def corners(points: list[tuple[float, float]], seen: int = 20, visible: int = 25
     )
 
 
-def test_what_two_days_saw_joins_and_what_one_saw_does_not() -> None:
+def test_a_map_goes_through_the_core_and_comes_back() -> None:
     static = corners([(0, 0)])
-    days = [corners([(0.01, 0), (5, 5), (9, 9)]), corners([(5.01, 5), (0, 0.02)]), corners([(5.02, 5)])]
+    days = [corners([(0.01, 0), (5, 5)]), corners([(5.02, 5), (0, 0.02)])]
+    days[0].descriptors[1, 3] = 9
     result = promote(static, days)
-    assert (result.promoted, result.confirmed) == (1, 1)
-    assert result.landmarks.positions.tolist()[0] == [0, 0]
-    assert result.landmarks.positions[1] == pytest.approx([5.01, 5])
-    assert result.landmarks.covariances[1] == pytest.approx(np.eye(2) * 1e-4 / 3)
-    assert (result.landmarks.seen[1], result.landmarks.visible[1]) == (60, 75)
+    assert (result.promoted, result.confirmed, result.findings) == (1, 1, ())
+    new = result.landmarks
+    assert new.positions == pytest.approx(np.array([[0, 0], [5.01, 5]]))
+    assert (new.kinds.tolist(), new.seen.tolist(), new.visible.tolist()) == (["corner"] * 2, [20, 40], [25, 50])
+    assert new.descriptors[1].tolist() == days[0].descriptors[1].tolist()
 
 
-def test_days_that_differ_widen_the_covariance() -> None:
-    result = promote(corners([]), [corners([(0, 0)]), corners([(0.1, 0)])])
-    # Each day is off by 5 sigma: chi-square 50 for two degrees of freedom.
-    assert result.landmarks.covariances[0] == pytest.approx(np.eye(2) * 1e-4 / 2 * 25)
-
-
-def test_what_is_rarely_detected_or_another_mark_does_not_join() -> None:
-    rare = corners([(5, 5)], seen=5, visible=20)
-    assert promote(corners([]), [rare, rare]).promoted == 0
-    turned = corners([(5, 5)])
-    turned.orientations[0] = np.pi
-    assert promote(corners([]), [corners([(5, 5)]), turned]).promoted == 0
+def test_a_map_of_elsewhere_is_told() -> None:
+    day = corners([(0, 0)])
+    assert [f.code for f in promote(corners([(50, 0)]), [day, day]).findings] == ["map-mismatch"]
 
 
 def test_the_command_writes_the_new_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,9 +62,9 @@ def test_mistakes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     base = ["promote", str(tmp_path / "map.json")]
     out = ["-o", str(tmp_path / "new.json")]
     for arguments, told in (
-        ([*base, str(tmp_path / "empty"), *out], "at least 2 are needed"),
+        ([*base, str(tmp_path / "map.json"), *out], "drives = 1"),
         ([*base, str(tmp_path / "empty"), str(tmp_path / "empty"), *out], "is .*empty a folder of groma localize"),
-        ([*base, *out, "--days", "1"], "--days 1"),
+        ([*base, *out, "--days", "1"], "days = 1: must be at least 2"),
     ):
         assert groma.cli.run(arguments) == 2
         assert pytest.importorskip("re").search(told, capsys.readouterr().err)

@@ -6,6 +6,7 @@ Covariances of nodes are those of the body-frame perturbation ``T * exp(xi)``, `
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,3 +131,13 @@ def no_landmarks() -> Landmarks:
     whole = np.zeros(0, dtype=np.int64)
     cells = np.zeros((0, 16), dtype=np.uint8)
     return Landmarks(none.astype(np.str_), none.reshape(0, 2), none.reshape(0, 2, 2), none, cells, whole, whole)
+
+
+def chosen(landmarks: Landmarks, keep: NDArray[np.bool_] | Sequence[int]) -> Landmarks:
+    """Return some landmarks."""
+    return Landmarks(*(getattr(landmarks, name)[keep] for name in Landmarks.__slots__))
+
+
+def joined(a: Landmarks, b: Landmarks) -> Landmarks:
+    """Return the landmarks of both."""
+    return Landmarks(*(np.concatenate([getattr(a, name), getattr(b, name)]) for name in Landmarks.__slots__))

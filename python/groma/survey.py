@@ -1,14 +1,13 @@
 """A map from poses that are known: landmarks and occupancy of a drive whose trajectory another system gave.
 
-Between two poses the vehicle is taken to move evenly; scans beyond the ends of the trajectory, or in a gap of more than
-``GAP`` s, are left out and counted.
+Between two poses the body is taken to move with constant twist; scans beyond the ends of the trajectory, or in a pause
+of it, are left out and counted. The core says how: docs/theory/mapping.md.
 """
 
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from groma import _core
 from groma.errors import EstimationError, UserError
+from groma.findings import Finding, of_core
 from groma.io.drive import Drive
 from groma.io.trajectory import Trajectory
 from groma.mapper import STREAMS, beams, to_grid, to_landmarks
@@ -25,9 +25,6 @@ from groma.models import LaserScan
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
 
-GAP = 1.0
-"""Poses farther apart in time are not joined [s]."""
-
 
 @dataclass(frozen=True, slots=True)
 class Surveyed:
@@ -36,7 +33,9 @@ class Surveyed:
     grid: OccupancyGrid
     landmarks: Landmarks
     counts: dict[str, int]
-    """Scans read, used as keyframes, and left out with the reason."""
+    """Scans read, and used as keyframes."""
+    findings: tuple[Finding, ...]
+    """What was left out and why."""
 
 
 def survey(
@@ -69,51 +68,40 @@ def survey(
     EstimationError
         When no scan was taken at a known pose.
     """
+    place = mount or (drive.mount.x, drive.mount.y, drive.mount.yaw)
     try:
-        core = _core.Survey(json.dumps({key: value for key, value in settings.items() if key not in STREAMS}))
+        core = _core.MapAtPoses(json.dumps({k: v for k, v in settings.items() if k not in STREAMS}), place)
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
-    path = _Path(trajectory, covariances)
-    place = mount or (drive.mount.x, drive.mount.y, drive.mount.yaw)
-    counts: Counter[str] = Counter()
+    poses = _Poses(core, trajectory, covariances)
     for scan in drive.events():
-        if not isinstance(scan, LaserScan):
-            continue
-        counts["scans_read"] += 1
-        known = path.at(scan.stamp)
-        if known is None:
-            counts["skipped scans without a pose"] += 1
-            continue
-        pose, covariance, twist = known
-        core.push_scan(scan.stamp, scan.ranges, scan.intensities, beams(scan), place, pose, covariance, twist)
-    counts["keyframes"] = len(core)
-    if not len(core):
-        raise EstimationError(
-            f"{drive.recording.path}: no scan was taken at a known pose: do the stamps belong together?"
-        )
+        if isinstance(scan, LaserScan):
+            poses.push_until(scan.stamp)
+            core.push_scan(scan.stamp, scan.ranges, scan.intensities, beams(scan))
+    poses.push_until(np.inf)
     arrays = core.finish()
-    return Surveyed(to_grid(arrays), to_landmarks(arrays), dict(counts))
+    findings = of_core(arrays["findings"])
+    for finding in findings:
+        if finding.code == "no-estimate":
+            raise EstimationError(f"{drive.recording.path}: {finding.text}")
+    counts = {"scans_read": arrays["scans"], "keyframes": arrays["keyframes"]}
+    return Surveyed(to_grid(arrays), to_landmarks(arrays), counts, findings)
 
 
-class _Path:
-    """Poses between those that are known."""
+class _Poses:
+    """The poses of a trajectory, pushed as time goes on."""
 
-    def __init__(self, trajectory: Trajectory, covariances: Array | None) -> None:
-        self.stamps = trajectory.stamps
-        self.poses = np.column_stack([trajectory.poses[:, :2], np.unwrap(trajectory.poses[:, 2])])
-        self.covariances = np.zeros((len(self.stamps), 3, 3)) if covariances is None else covariances
+    def __init__(self, core: _core.MapAtPoses, trajectory: Trajectory, covariances: Array | None) -> None:
+        self._core = core
+        exact = np.zeros((3, 3))
+        rows = zip(trajectory.stamps.tolist(), trajectory.poses.tolist(), strict=True)
+        self._rows: Iterator[tuple[float, Pose, Array]] = (
+            (stamp, (x, y, theta), exact if covariances is None else covariances[k])
+            for k, (stamp, (x, y, theta)) in enumerate(rows)
+        )
+        self._next = next(self._rows, None)
 
-    def at(self, stamp: float) -> tuple[Pose, Array, Pose] | None:
-        """Return pose, covariance and twist of the body at a time; None where they are not known."""
-        k = int(np.searchsorted(self.stamps, stamp, side="right"))
-        if k == len(self.stamps) and len(self.stamps) > 1 and stamp == self.stamps[-1]:
-            k -= 1
-        if not 0 < k < len(self.stamps) or self.stamps[k] - self.stamps[k - 1] > GAP:
-            return None
-        time = self.stamps[k] - self.stamps[k - 1]
-        share = (stamp - self.stamps[k - 1]) / time
-        x, y, theta = (self.poses[k - 1] * (1 - share) + self.poses[k] * share).tolist()
-        dx, dy, turn = ((self.poses[k] - self.poses[k - 1]) / time).tolist()
-        c, s = np.cos(theta), np.sin(theta)
-        nearer = k if share > 0.5 else k - 1
-        return (x, y, theta), self.covariances[nearer], (float(c * dx + s * dy), float(c * dy - s * dx), turn)
+    def push_until(self, stamp: float) -> None:
+        while self._next is not None and self._next[0] <= stamp:
+            self._core.push_pose(*self._next)
+            self._next = next(self._rows, None)

@@ -44,7 +44,7 @@ use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_3;
 
 /// A corner this close to a landmark may be it [m].
-const GATE: f64 = 0.2;
+pub(crate) const GATE: f64 = 0.2;
 /// Its orientation differs by less than this [rad].
 const TURN: f64 = FRAC_PI_3;
 /// Corners closer than this are one, even if a scan has both [m].
@@ -324,11 +324,11 @@ impl Clusters {
 }
 
 /// Whether two marks may be one by where they face.
-fn face_alike(a: Option<f64>, b: Option<f64>) -> bool {
+pub(crate) fn face_alike(a: Option<f64>, b: Option<f64>) -> bool {
     a.zip(b).is_none_or(|(a, b)| wrap(a - b).abs() < TURN)
 }
 
 /// The cell of the hash that holds a point.
-fn cell(p: Vector2<f64>) -> (i64, i64) {
+pub(crate) fn cell(p: Vector2<f64>) -> (i64, i64) {
     ((p.x / GATE).floor() as i64, (p.y / GATE).floor() as i64)
 }

@@ -8,8 +8,10 @@
 //! The order of arrival decides, never a clock: the same messages in the same order give the same result, live or from a
 //! file, with any number of threads. No machine looks ahead.
 
+pub mod map_at_poses;
 pub mod message;
 pub mod order;
 
+pub use map_at_poses::MapAtPoses;
 pub use message::Message;
 pub use order::{Left, Order};

@@ -15,6 +15,8 @@
 //! At most `MOST` messages wait; beyond that the oldest goes first.
 
 use crate::message::Message;
+use groma_models::Finding;
+use groma_models::finding::Code;
 use serde::Serialize;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -89,6 +91,23 @@ impl Order {
     /// What was left out: reason, kind of message, how many, first and last stamp [s].
     pub fn left(&self) -> impl Iterator<Item = (Left, &'static str, usize, (f64, f64))> + '_ {
         self.left.iter().map(|((why, kind), (count, from, to))| (*why, *kind, *count, (*from, *to)))
+    }
+
+    /// What was left out, as findings.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        let finding = |(why, kind, count, (from, to)): (Left, &str, usize, (f64, f64))| {
+            let (code, what) = match why {
+                Left::NotFinite => (Code::StampsInvalid, "with a stamp that is not finite"),
+                Left::Repeated => (Code::StampsInvalid, "with the stamp of the one before"),
+                Left::Leap => (Code::StampsInvalid, "with a stamp far ahead of all others"),
+                Left::Late => (Code::StampsLate, "older than the one before"),
+            };
+            let found = Finding::new(code, format!("{count} {kind} {what} were left out"));
+            let found = found.with("messages", count as f64, "1");
+            if from.is_finite() && to.is_finite() { found.during(from, to) } else { found }
+        };
+        self.left().map(finding).collect()
     }
 
     /// Keeps a message far ahead apart; each message decides about those that already wait so.
@@ -220,6 +239,17 @@ mod tests {
     fn repeated_and_endless_stamps_are_counted() {
         let (out, left) = run(0.0, [0.0, 0.0, f64::NAN, f64::INFINITY, 1.0].map(odometry).to_vec());
         assert_eq!((out.len(), left), (2, vec![(Left::NotFinite, 2), (Left::Repeated, 1)]));
+    }
+
+    #[test]
+    fn what_was_left_out_is_found_with_its_count_and_its_time() {
+        let mut order = Order::new(0.0);
+        [3.0, 1.0, 2.0, f64::NAN].map(odometry).into_iter().for_each(|m| drop(order.push(m)));
+        let mut found = order.findings();
+        found.sort_by_key(|f| f.code.name());
+        assert_eq!(found.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::StampsInvalid, Code::StampsLate]);
+        assert_eq!((found[0].span, found[1].span), (None, Some((1.0, 2.0))));
+        assert_eq!(found[1].values[0].value, 2.0);
     }
 
     #[test]

@@ -38,7 +38,6 @@ fn severity(severity: Severity) -> &'static str {
 }
 
 /// Findings as dicts with code, text, span, place and values (name, number, unit).
-#[expect(dead_code, reason = "the pipelines hand their findings over with it")]
 pub(crate) fn to_list<'py>(py: Python<'py>, findings: &[Finding]) -> PyResult<Bound<'py, PyList>> {
     let dicts = findings.iter().map(|f| {
         let out = PyDict::new(py);

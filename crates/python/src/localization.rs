@@ -112,7 +112,7 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Place<'py> = (Pose, Matrix<'py>, f64, f64, usize);
 /// Stamp, time between beams, the beams, their ranges.
 type TimedScan<'py> = (f64, f64, (f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
-type Table<'py> = PyReadonlyArray2<'py, f64>;
+pub(crate) type Table<'py> = PyReadonlyArray2<'py, f64>;
 /// Scan to tell what is in view: angle_min, angle_increment, range_min, range_max; readings.
 type Scan<'py> = ((f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
 
@@ -259,7 +259,7 @@ fn cells(descriptors: &PyReadonlyArray2<'_, u8>, row: usize) -> Option<u128> {
     Some(u128::from_le_bytes(bytes)).filter(|c| *c != 0)
 }
 
-fn to_map(
+pub(crate) fn to_map(
     landmarks: &Table<'_>,
     reflector: &PyReadonlyArray1<'_, bool>,
     descriptors: &PyReadonlyArray2<'_, u8>,

@@ -5,26 +5,28 @@ use groma_mapping::closure::Verdict;
 use groma_mapping::map_result::{EdgeKind, MapResult};
 use groma_mapping::mapper::{Mapper as Core, Skipped};
 use groma_mapping::options::Options;
-use groma_mapping::survey;
 use groma_mapping::weak::Reason;
 use groma_models::{BeamGeometry, Cell, Grid, LandmarkMap, LaserScan, Odometry};
-use nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::{Array1, Array2, Array3};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(map_defaults, m)?)?;
-    m.add_class::<Mapper>()?;
-    m.add_class::<Survey>()
+    m.add_class::<Mapper>()
 }
 
 /// The settings of mapping and their defaults.
 #[pyfunction]
 fn map_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    let text = serde_json::to_string(&Options::default()).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+    json(py, &Options::default())
+}
+
+/// A value as Python has it after JSON.
+pub(crate) fn json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
 }
 
@@ -87,9 +89,9 @@ impl Mapper {
 }
 
 /// angle_min, angle_increment, time_increment, range_min, range_max.
-type Beams = (f64, f64, f64, f64, f64);
+pub(crate) type Beams = (f64, f64, f64, f64, f64);
 
-fn laser_scan(
+pub(crate) fn laser_scan(
     stamp: f64,
     ranges: &PyReadonlyArray1<'_, f64>,
     intensities: &PyReadonlyArray1<'_, f64>,
@@ -99,7 +101,7 @@ fn laser_scan(
     LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: intensities.as_array().to_vec() }
 }
 
-fn settings(options: &str) -> PyResult<Options> {
+pub(crate) fn settings(options: &str) -> PyResult<Options> {
     let options: Options = serde_json::from_str(options).map_err(|e| PyValueError::new_err(e.to_string()))?;
     options.corners.validate().map_err(|e| PyValueError::new_err(e.to_string()))?;
     options.reflectors.validate().map_err(|e| PyValueError::new_err(e.to_string()))?;
@@ -107,56 +109,6 @@ fn settings(options: &str) -> PyResult<Options> {
         return Err(PyValueError::new_err("resolution: a cell is above 0 m and at most 1 m wide"));
     }
     Ok(options)
-}
-
-/// Builds a map from scans at known poses.
-#[pyclass]
-struct Survey(survey::Survey);
-
-#[pymethods]
-impl Survey {
-    #[new]
-    fn new(options: &str) -> PyResult<Self> {
-        Ok(Self(survey::Survey::new(settings(options)?)))
-    }
-
-    /// Whether the scan was used. `pose` is `T_map_base` at its stamp with its covariance, `twist` how the body moves.
-    #[expect(clippy::too_many_arguments, reason = "arrays and tuples, as Python has them")]
-    fn push_scan(
-        &mut self,
-        py: Python<'_>,
-        stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
-        intensities: PyReadonlyArray1<'_, f64>,
-        beams: Beams,
-        mount: (f64, f64, f64),
-        pose: (f64, f64, f64),
-        covariance: PyReadonlyArray2<'_, f64>,
-        twist: (f64, f64, f64),
-    ) -> PyResult<bool> {
-        let scan = laser_scan(stamp, &ranges, &intensities, beams);
-        let mount = Se2::new(mount.0, mount.1, mount.2);
-        let known = survey::KnownPose {
-            pose: Se2::new(pose.0, pose.1, pose.2),
-            covariance: Matrix3::from_row_iterator(covariance.as_array().iter().copied()),
-            twist: Vector3::new(twist.0, twist.1, twist.2),
-        };
-        Ok(py.detach(|| self.0.push_scan(&scan, &mount, &known)))
-    }
-
-    /// Scans used.
-    fn __len__(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Grid and landmarks as a dict of arrays.
-    fn finish<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (built, found) = py.detach(|| self.0.finish());
-        let out = PyDict::new(py);
-        landmarks(py, &out, &found)?;
-        grid(py, &out, &built)?;
-        Ok(out)
-    }
 }
 
 fn finished() -> PyErr {
@@ -241,7 +193,7 @@ fn verdict(v: Verdict) -> &'static str {
     }
 }
 
-fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, map: &LandmarkMap) -> PyResult<()> {
+pub(crate) fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, map: &LandmarkMap) -> PyResult<()> {
     let all = &map.landmarks;
     let covariances: Vec<_> = all.iter().map(|l| l.covariance).collect();
     let positions = Array2::from_shape_fn((all.len(), 2), |(k, j)| all[k].position[j]);
@@ -258,7 +210,7 @@ fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, map: &LandmarkMap) -> PyRe
     out.set_item("landmark_visible", visible.into_pyarray(py))
 }
 
-fn grid(py: Python<'_>, out: &Bound<'_, PyDict>, g: &Grid) -> PyResult<()> {
+pub(crate) fn grid(py: Python<'_>, out: &Bound<'_, PyDict>, g: &Grid) -> PyResult<()> {
     let value = |c: &Cell| match c {
         Cell::Unknown => -1i8,
         Cell::Free => 0,

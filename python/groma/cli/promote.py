@@ -17,7 +17,7 @@ def promote(
     /,
     *drives: Path,
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    days: int = 2,
+    days: int | None = None,
 ) -> None:
     """Add to a landmark map what several localized drives saw and it lacks.
 
@@ -32,14 +32,10 @@ def promote(
     output
         The new landmark map; it may be the old one.
     days
-        On how many of the drives a mark must have been seen.
+        On how many of the drives a mark must have been seen; two when left out.
     """
-    if days < 2:
-        raise UserError(f"--days {days}: must be at least 2: what one day saw may be gone the next")
-    if len(drives) < days:
-        raise UserError(f"{len(drives)} drives: at least {days} are needed (--days)")
     seen = [read_landmarks(_landmarks(drive)) for drive in drives]
-    result = promote_landmarks(read_landmarks(landmarks), seen, days)
+    result = promote_landmarks(read_landmarks(landmarks), seen, {} if days is None else {"days": days})
     write_landmarks(output, result.landmarks)
     size, again = len(result.landmarks.positions), result.confirmed
     print(f"{output}: {size} landmarks, {result.promoted} of them new; {again} of the old ones were seen again")

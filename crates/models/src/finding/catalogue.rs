@@ -76,6 +76,9 @@ catalogue! {
         "Check wheels, slip and delay; do not rely on the intervals.";
     NotConverged "not-converged" Error Some("not-converged"),
         "The estimate did not converge.", "Do not rely on it; check the input that the text names.";
+    MapMismatch "map-mismatch" Warning Some("mismatch"),
+        "No landmark of the map was found again: map and drives seem to be of different places or frames.",
+        "Check that the drives were localized in this map.";
     ToleranceMissed "tolerance-missed" Warning Some("go-on"),
         "The wanted accuracy is not reached yet.", "Drive on, as the text says.";
     // What the recording says.
@@ -112,6 +115,9 @@ catalogue! {
         "Messages were left out because of their stamps.", "Check the clocks of the sensors.";
     ScansUnusable "scans-unusable" Warning None,
         "Scans could not be used and were left out.", "Check the scanner and its limits of range.";
+    ScansWithoutPose "scans-without-pose" Warning None,
+        "Scans were taken where no pose is known and were left out.",
+        "Check that the stamps of scans and poses are of one clock.";
     ValuesInvalid "values-invalid" Warning None,
         "Messages with numbers that are not finite or out of range were left out.", "Check what wrote them.";
     JointsChosen "joints-chosen" Info None,
@@ -139,6 +145,8 @@ catalogue! {
         "The pose was not known during this time.", "Update the map there, or add landmarks.";
     LandmarksDisagree "landmarks-disagree" Warning None,
         "What the scans show disagrees with the map here.", "Map the place again.";
+    LandmarksUnseen "landmarks-unseen" Info None,
+        "Landmarks of the map were not seen; they stay in it.", "";
     MotionsLeftOut "motions-left-out" Info None,
         "Motions could not be used for the calibration.", "";
     ParametersAssumed "parameters-assumed" Info None,

@@ -1,0 +1,90 @@
+//! `groma.survey`: poses and scans pushed in order of time, a map at these poses as arrays.
+
+use crate::findings::to_list;
+use crate::mapping::{Beams, grid, landmarks, laser_scan, settings};
+use crate::token::{Token, interruptible};
+use groma_geometry::Se2;
+use groma_pipeline::message::StartPose;
+use groma_pipeline::{MapAtPoses as Core, Message};
+use nalgebra::Matrix3;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<MapAtPoses>()
+}
+
+type Pose = (f64, f64, f64);
+
+/// Builds a map from scans at known poses; `finish` may be called once.
+#[pyclass]
+struct MapAtPoses(Option<Core>);
+
+impl MapAtPoses {
+    fn core(&mut self) -> PyResult<&mut Core> {
+        self.0.as_mut().ok_or_else(finished)
+    }
+}
+
+#[pymethods]
+impl MapAtPoses {
+    /// `mount` is `T_base_laser`; messages up to `lateness` seconds late are put into order.
+    #[new]
+    #[pyo3(signature = (options, mount, lateness=0.0))]
+    fn new(options: &str, mount: Pose, lateness: f64) -> PyResult<Self> {
+        let (x, y, yaw) = mount;
+        Ok(Self(Some(Core::new(settings(options)?, Se2::new(x, y, yaw), lateness))))
+    }
+
+    /// `T_map_base` at a time, with the covariance (3, 3) of its perturbation on the right.
+    fn push_pose(&mut self, stamp: f64, pose: Pose, covariance: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let ((x, y, theta), covariance) = (pose, covariance.as_array());
+        if covariance.dim() != (3, 3) {
+            return Err(PyValueError::new_err(format!("covariance: must be 3 x 3, not {:?}", covariance.dim())));
+        }
+        let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)]);
+        self.core()?.push(Message::StartPose(StartPose { stamp, pose: Se2::new(x, y, theta), covariance }));
+        Ok(())
+    }
+
+    fn push_scan(
+        &mut self,
+        py: Python<'_>,
+        stamp: f64,
+        ranges: PyReadonlyArray1<'_, f64>,
+        intensities: PyReadonlyArray1<'_, f64>,
+        beams: Beams,
+    ) -> PyResult<()> {
+        let scan = laser_scan(stamp, &ranges, &intensities, beams);
+        let core = self.core()?;
+        py.detach(|| core.push(Message::Scan { scanner: 0, scan }));
+        Ok(())
+    }
+
+    /// Scans that came, that were used and that wait for a pose.
+    fn state(&mut self) -> PyResult<(usize, usize, usize)> {
+        let state = self.core()?.state();
+        Ok((state.scans, state.keyframes, state.waiting))
+    }
+
+    /// Grid and landmarks as a dict of arrays, with `scans`, `keyframes` and `findings`.
+    #[pyo3(signature = (token=None))]
+    fn finish<'py>(&mut self, py: Python<'py>, token: Option<&Token>) -> PyResult<Bound<'py, PyDict>> {
+        let core = self.0.take().ok_or_else(finished)?;
+        let result = interruptible(py, token, None, |token| core.finish(token))?;
+        let result = result.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
+        let out = PyDict::new(py);
+        landmarks(py, &out, &result.landmarks)?;
+        grid(py, &out, &result.grid)?;
+        out.set_item("scans", result.state.scans)?;
+        out.set_item("keyframes", result.state.keyframes)?;
+        out.set_item("findings", to_list(py, &result.findings)?)?;
+        Ok(out)
+    }
+}
+
+fn finished() -> PyErr {
+    PyValueError::new_err("this map is finished")
+}
