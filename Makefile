@@ -51,8 +51,9 @@ fmt: $(VENV)/.tools ## format everything
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-docs: build ## renew docs/reference/cli.md, build rustdoc, run the lines of the documents and check their links
+docs: build ## renew docs/reference/cli.md and findings.md, build rustdoc, run the lines of the documents and check their links
 	$(BIN)/python scripts/cli_page.py
+	$(BIN)/python scripts/findings_page.py
 	RUSTDOCFLAGS='-D warnings' cargo doc --release --quiet --no-deps --workspace
 	$(BIN)/pytest tests/test_docs.py
 

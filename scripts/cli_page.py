@@ -16,8 +16,9 @@ HEAD = """# Commands
 
 Written by `make docs` from the help of the commands (`groma COMMAND --help`); do not edit.
 
-Exit codes: 0 done, 1 the data did not allow an estimate, 2 a mistake in the request or the input, told in one
-line. Results go to standard output or to files, progress and remarks to standard error; progress only to a terminal.
+Exit codes: 0 done, 1 there is no estimate or it must not be relied on, 2 a mistake in the request or the input, told in
+one line, 130 interrupted before there was a result. Results go to standard output or to files
+([what every run leaves](runs.md)), [findings](findings.md) and progress to standard error; progress only to a terminal.
 
 """
 

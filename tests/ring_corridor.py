@@ -32,7 +32,7 @@ def ring_corridor(poses: int = 3000, laps: int = 2, closures: int = 24, seed: in
         _grid(rng),
         _landmarks(rng),
         _weak(drive, stamps),
-        {"scans_read": 6012.0, "scans_used": 5990.0, "skipped: no returns": 14.0, "skipped: time went back": 8.0,
+        {"scans_read": 6012.0, "scans_used": 5990.0, "scans with no returns": 14.0, "scans with a late stamp": 8.0,
          "local_maps": 61.0, "candidates": 118.0, "path_m": 296.0},
     )  # fmt: skip
 

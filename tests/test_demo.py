@@ -15,6 +15,7 @@ from drives import scene
 from groma.cli.demo import CHAPTERS, SEED
 from groma.cli.demo_cameras import map_simulated_cameras
 from groma.cli.demo_localization import localize_simulated
+from groma.runs.run import Run
 from groma.simulation import Scenario
 
 LEFT = {
@@ -108,23 +109,33 @@ def test_without_a_folder_latest_points_to_a_new_one(tmp_path: Path, monkeypatch
     few_chapters(monkeypatch)
     monkeypatch.chdir(tmp_path)
     assert groma.cli.run(["demo"]) == 0
-    assert {path.name for path in (tmp_path / "results/latest").iterdir()} == {"map", "report.html"}
+    assert {path.name for path in (tmp_path / "results/latest").iterdir()} == {
+        "map",
+        "metrics.json",
+        "recordings",
+        "report.html",
+        "run.toml",
+    }
 
 
 def test_cameras_are_a_tenth_of_a_metre_off_at_most(tmp_path: Path) -> None:
-    _, (_, accuracy) = map_simulated_cameras(tmp_path, SEED)
+    with Run("evaluation", "demo", tmp_path / "demo", command="") as run:
+        _, (_, accuracy) = map_simulated_cameras(run, tmp_path, SEED)
+        run.finish({})
     found = re.search(r"cameras (\d+) mm off at most, where odometry alone ends ([\d.]+) m off", accuracy)
     assert found
     assert int(found[1]) <= 100
     assert float(found[2]) > 0.5
-    assert (tmp_path / "report.html").is_file()
+    assert (tmp_path / "demo" / "cameras" / "report.html").is_file()
 
 
 @pytest.mark.slow
 def test_the_depot_is_found_again_to_a_centimetre(tmp_path: Path) -> None:
-    _, (_, accuracy) = localize_simulated(tmp_path, SEED)
+    with Run("evaluation", "demo", tmp_path / "demo", command="") as run:
+        _, (_, accuracy) = localize_simulated(run, tmp_path, SEED)
+        run.finish({})
     found = re.search(r"truth: (\d+) mm in the median, (\d+) mm at most", accuracy)
     assert found
     assert int(found[1]) <= 10
     assert int(found[2]) <= 30
-    assert (tmp_path / "report.html").is_file()
+    assert (tmp_path / "demo" / "localization" / "report.html").is_file()

@@ -191,3 +191,8 @@ def anchors(page: Path) -> set[str]:
 def test_the_page_of_the_commands_is_that_of_the_help() -> None:
     page = runpy.run_path(str(ROOT / "scripts" / "cli_page.py"))
     assert page["PAGE"].read_text("utf-8") == page["page"](), "run make docs"
+
+
+def test_the_page_of_the_findings_is_that_of_the_catalogue() -> None:
+    page = runpy.run_path(str(ROOT / "scripts" / "findings_page.py"))
+    assert page["PAGE"].read_text("utf-8") == page["page"](), "run make docs"

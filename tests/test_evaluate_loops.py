@@ -15,7 +15,7 @@ import groma.cli
 from groma.evaluation.feature_scans import PosedScans, read_posed_scans
 from groma.evaluation.loops import Answers, LoopEvaluation, evaluate_loops
 from groma.evaluation.revisits import revisits
-from groma.io.recording import write_recording
+from groma.io.recording import open_recording, write_recording
 from groma.models import LaserScan, Message, Odometry
 from groma.recognition import recognize
 from test_evaluate_features import cast, polygon
@@ -138,13 +138,13 @@ def test_the_command_tells_tables_json_and_a_page(
     text = capsys.readouterr().out
     assert "precision" in text
     assert "1.000" in text
-    told = json.loads((tmp_path / "out" / "loops.json").read_text())
+    told = json.loads((tmp_path / "out" / "metrics.json").read_text())
     one = told["recordings"][0]
     assert one["precision"] == 1.0
     assert one["recall"] == pytest.approx(twice_round[1].recall, abs=0.05)
     assert one["closures_accepted"] == one["closures_right"]
     assert set(one["time_s"]) == {"track", "describe", "retrieve", "associate", "verify", "decide"}
-    assert (tmp_path / "out" / "loops.html").read_text().count("<svg") == 1
+    assert (tmp_path / "out" / "report.html").read_text().count("<svg") == 1
 
 
 def test_a_drive_that_never_returns_allows_no_figure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -176,6 +176,8 @@ def test_no_scan_no_place() -> None:
 @pytest.mark.slow
 @pytest.mark.shared
 def test_intel_is_closed_without_error(shared: Path) -> None:
-    found = evaluate_loops(read_posed_scans(shared / "data" / "intel" / "intel-lab.flirt.log.gz", None, 1))
+    found = evaluate_loops(
+        read_posed_scans(open_recording(shared / "data" / "intel" / "intel-lab.flirt.log.gz"), None, 1)
+    )
     assert found.precision == 1.0
     assert found.recall >= 0.7

@@ -205,8 +205,8 @@ def test_json_and_text_by_reference(files: dict[str, str], capsys: pytest.Captur
 def test_rows_left_out_are_told(files: dict[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     assert _run(files["flawed.tum"], "--reference", files["truth.tum"]) == 0
     told = capsys.readouterr().err
-    assert "1 rows that are not finite" in told
-    assert "200 rows with the stamp of an earlier row" in told
+    assert "values-invalid: left out: 1 rows of " in told
+    assert "stamps-invalid: left out: 200 rows of " in told
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from groma.io.nav2_map import write_map
 from groma.io.skeleton import graph_of_map
 from groma.io.thinning import thinned
 from groma.mapping import OccupancyGrid
+from groma.runs.run import Run
 
 HAND = """
 start: dock
@@ -191,9 +192,11 @@ def test_a_comparison_is_written_whole(tmp_path: Path) -> None:
 
 
 def test_the_demonstration_writes_a_plan_and_a_comparison(tmp_path: Path) -> None:
-    _, told = plan_simulated(tmp_path, 1)
+    with Run("evaluation", "demo", tmp_path / "demo", command="") as run:
+        _, told = plan_simulated(run, tmp_path, 1)
+        run.finish({})
     assert "find 16 cameras" in told[0]
-    assert all((tmp_path / page).is_file() for page in PLANS)
+    assert all((tmp_path / "demo" / page).is_file() for page in PLANS)
 
 
 def test_the_band_is_students() -> None:
@@ -210,7 +213,9 @@ def test_the_ways_of_a_map_are_its_corridors(tmp_path: Path) -> None:
     cells[40:60, 130:190] = 0
     write_map(tmp_path / "map.yaml", OccupancyGrid(0.1, (-1.0, -1.0), cells))
     graph, notes = graph_of_map(tmp_path / "map.yaml")
-    assert notes == ["every one of the 3 places bears a camera: say in graph.yaml where there is none"]
+    assert [note.text for note in notes] == [
+        "every one of the 3 places bears a camera: say in graph.yaml where there is none"
+    ]
     lengths = sorted(_length(graph, edge) for edge in range(len(graph.edges)))
     assert len(graph.nodes) == 3, "the fork, the dead end, and one on the ring, which is no way from a place to itself"
     assert lengths[0] == pytest.approx(5.8, abs=0.6)
@@ -226,7 +231,7 @@ def test_rooms_are_joined_through_a_door_as_wide_as_a_robot(tmp_path: Path) -> N
     graph, notes = graph_of_map(tmp_path / "map.yaml")
     assert {x > 6.5 for x, _ in (node.position for node in graph.nodes)} == {False, True}
     assert max(x for x, _ in (node.position for node in graph.nodes)) < 13.0
-    assert "cannot be reached" in notes[1]
+    assert "cannot be reached" in notes[1].text
 
 
 def test_thinning_leaves_one_line_of_a_bar() -> None:

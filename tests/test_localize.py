@@ -81,8 +81,8 @@ def test_every_file_is_there_and_reads_back(by_reflectors: Path) -> None:
     covariance = np.loadtxt(by_reflectors / "covariance.txt")
     assert covariance.shape == (len(read_tum(by_reflectors / "trajectory.tum").stamps), 7)
     assert (covariance[:, [1, 4, 6]] > 0).all()
-    assert "reflectors.csv" not in (by_reflectors / "run.toml").read_text()
-    assert 'map = "marks.csv"' in (by_reflectors / "run.toml").read_text()
+    assert "/reflectors.csv" not in (by_reflectors / "run.toml").read_text()
+    assert 'name = "marks.csv"' in (by_reflectors / "run.toml").read_text()
     report = (by_reflectors / "report.html").read_text()
     assert "it was never lost" in report
     assert "<script" not in report

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,9 @@ import pytest
 
 import groma.cli
 from drives import Array, Driven, drive, mapped, scans, scene
-from groma.io.recording import write_recording
+from groma.io.drive import open_drive
+from groma.io.recording import open_recording, write_recording
+from groma.mapper import map_drive
 from groma.mapping import MapResult
 from groma.models import LaserScan, Message, Odometry, Transform
 
@@ -132,13 +135,18 @@ def test_still_a_map_as_good_as_ever(
 
 
 def test_what_was_left_out_is_counted(rooms: Driven, tmp_path: Path) -> None:
-    counts = mapped(rooms.write(tmp_path / "a.mcap", each_odometry(sometimes_no_number))).counts
-    assert counts["skipped odometry that is no number"] > 100
-    counts = mapped(rooms.write(tmp_path / "b.mcap", twice)).counts
-    assert counts["skipped scans with the stamp of the one before"] == len(rooms.truth.stamps)
+    def left_out(path: Path) -> Counter[str]:
+        opened = open_drive(open_recording(path))
+        map_drive(opened, {})
+        return opened.skipped
+
+    invalid = left_out(rooms.write(tmp_path / "a.mcap", each_odometry(sometimes_no_number)))
+    assert invalid["odometry that is no number"] > 100
+    repeated = left_out(rooms.write(tmp_path / "b.mcap", twice))
+    assert repeated["scans with the stamp of the one before"] == len(rooms.truth.stamps)
     empty = each_scan(lambda k, scan: with_ranges(scan, np.full(181, math.inf)) if k < 7 else scan)
     counts = mapped(rooms.write(tmp_path / "c.mcap", empty)).counts
-    assert counts["skipped scans with fewer than ten hits"] == 7
+    assert counts["scans with fewer than ten hits"] == 7
     assert counts["scans_used"] == len(rooms.truth.stamps) - 7
 
 
@@ -203,9 +211,11 @@ def test_without_scans_it_is_the_users_mistake(
 
 def test_scans_without_an_echo_give_no_map(rooms: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     nothing = each_scan(lambda _, scan: with_ranges(scan, np.full(181, math.inf)))
-    code, told = refused(rooms.write(tmp_path / "drive.mcap", nothing), tmp_path / "out", capsys)
-    assert code == 1
-    assert "no scan could be used" in told
+    path, out = rooms.write(tmp_path / "drive.mcap", nothing), tmp_path / "out"
+    assert groma.cli.run(["map", str(path), "-o", str(out)]) == 1
+    assert "error: no-estimate: " in capsys.readouterr().err
+    assert {path.name for path in out.iterdir()} == {"metrics.json", "report.html", "run.toml"}
+    assert "no scan could be used" in (out / "report.html").read_text()
 
 
 @pytest.mark.parametrize(

@@ -50,9 +50,9 @@ def test_the_command_writes_the_new_map(tmp_path: Path, capsys: pytest.CaptureFi
         (tmp_path / day).mkdir()
         write_landmarks(tmp_path / day / "landmarks.json", corners([(0, 0), (3, 3)]))
     drives = [str(tmp_path / day) for day in ("monday", "tuesday")]
-    command = ["promote", str(tmp_path / "map.json"), *drives, "-o", str(tmp_path / "new.json")]
+    command = ["promote", str(tmp_path / "map.json"), *drives, "-o", str(tmp_path / "new")]
     assert groma.cli.run(command) == 0
-    assert len(read_landmarks(tmp_path / "new.json").positions) == 2
+    assert len(read_landmarks(tmp_path / "new" / "landmarks.json").positions) == 2
     assert "2 landmarks, 1 of them new; 1 of the old ones were seen again" in capsys.readouterr().out
 
 
@@ -60,7 +60,7 @@ def test_mistakes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     write_landmarks(tmp_path / "map.json", corners([(0, 0)]))
     (tmp_path / "empty").mkdir()
     base = ["promote", str(tmp_path / "map.json")]
-    out = ["-o", str(tmp_path / "new.json")]
+    out = ["-o", str(tmp_path / "new")]
     for arguments, told in (
         ([*base, str(tmp_path / "map.json"), *out], "drives = 1"),
         ([*base, str(tmp_path / "empty"), str(tmp_path / "empty"), *out], "is .*empty a folder of groma localize"),
@@ -68,4 +68,4 @@ def test_mistakes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     ):
         assert groma.cli.run(arguments) == 2
         assert pytest.importorskip("re").search(told, capsys.readouterr().err)
-    assert not (tmp_path / "new.json").exists()
+    assert not (tmp_path / "new").exists()

@@ -12,15 +12,22 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from groma.findings import Finding
 from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph
 from groma.report import words
 from groma.report.drawing import thinned
 from groma.report.figures import map_figures
 from groma.report.map_report import map_report
 from groma.report.plan import shrunk
+from groma.runs.outcome import Outcome
 from ring_corridor import ring_corridor
 
 RUN: dict[str, object] = {"groma": "0.0", "input": {"name": "day<1>.log"}, "settings": {"note": "a & <b>"}}
+FINDINGS = (Finding("recording-cut", "cut after <message> 7"), Finding("records-skipped", "skipped: 3 NEFF"))
+
+
+def outcome(result: MapResult, *findings: Finding, record: dict[str, object] = RUN) -> Outcome:
+    return Outcome("map", "consistent", findings, words.verdict(result), record)
 
 
 class _Balance(HTMLParser):
@@ -58,7 +65,7 @@ def result() -> MapResult:
 
 @pytest.fixture(scope="module")
 def page(result: MapResult) -> str:
-    return map_report(result, RUN)
+    return map_report(result, outcome(result, *FINDINGS))
 
 
 def test_page_is_well_formed_and_loads_nothing(page: str) -> None:
@@ -91,8 +98,10 @@ def test_figures_take_the_colours_of_the_page(page: str) -> None:
 
 def test_same_bytes_in_another_process(page: str) -> None:
     code = (
-        "import sys; from ring_corridor import ring_corridor; from groma.report.map_report import map_report;"
-        f"sys.stdout.reconfigure(encoding='utf-8'); sys.stdout.write(map_report(ring_corridor(), {RUN!r}))"
+        "import sys; from ring_corridor import ring_corridor; from test_report import FINDINGS, outcome;"
+        "from groma.report.map_report import map_report; result = ring_corridor();"
+        "sys.stdout.reconfigure(encoding='utf-8');"
+        "sys.stdout.write(map_report(result, outcome(result, *FINDINGS)))"
     )
     environment = {"PYTHONHASHSEED": "5", "PYTHONPATH": str(Path(__file__).parent), "TZ": "Asia/Tokyo"}
     other = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment, check=True).stdout
@@ -101,19 +110,26 @@ def test_same_bytes_in_another_process(page: str) -> None:
 
 def test_drawing_leaves_the_settings_of_others_alone_and_ignores_them(result: MapResult, page: str) -> None:
     with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0, "svg.hashsalt": "mine"}):
-        assert map_report(result, RUN) == page
+        assert map_report(result, outcome(result, *FINDINGS)) == page
         assert mpl.rcParams["lines.linewidth"] == 9.0
         assert mpl.rcParams["svg.hashsalt"] == "mine"
 
 
 def test_is_quick(result: MapResult) -> None:
     start = time.process_time()
-    map_report(result, RUN)
+    map_report(result, outcome(result))
     assert time.process_time() - start < 1.2
 
 
-def test_says_what_was_skipped_and_why_closures_were_rejected(result: MapResult, page: str) -> None:
-    assert "skipped: no returns" in page
+def test_shows_the_findings_and_says_that_nothing_was_left_out_only_without_any(result: MapResult, page: str) -> None:
+    assert "cut after &lt;message&gt; 7." in page
+    assert "skipped: 3 NEFF." in page
+    assert page.index("recording-cut") < page.index("records-skipped")
+    assert "nothing was left out" not in page
+    assert "nothing was left out" in map_report(result, outcome(result))
+
+
+def test_says_why_closures_were_rejected(result: MapResult, page: str) -> None:
     reasons = {closure.reason for closure in result.closures if not closure.accepted}
     assert reasons
     assert all(reason.replace("<", "&lt;") in page for reason in reasons)
@@ -139,7 +155,8 @@ def _nothing(poses: int) -> MapResult:
 
 @pytest.mark.parametrize("poses", [1, 2])
 def test_a_map_of_almost_nothing_has_a_page(poses: int) -> None:
-    page = map_report(_nothing(poses), {"groma": "0.0", "settings": {}})
+    result = _nothing(poses)
+    page = map_report(result, outcome(result, record={"groma": "0.0", "settings": {}}))
     assert _Balance(page).open == []
     assert "No loop was closed" in page
     assert "nan" not in re.sub(r"base64,[^\"]*", "", page).lower()

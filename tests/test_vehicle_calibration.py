@@ -19,6 +19,7 @@ from groma.io.recording import open_recording, write_recording
 from groma.io.robot_files import ros2_control, urdf_joint
 from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.models import JointState
+from groma.runs.run import Run
 from groma.vehicle import dead_reckoning
 from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
 from groma.vehicle_segments import standstills
@@ -164,7 +165,7 @@ def test_a_drive_that_leaves_something_open_is_exit_1_with_a_report(
     assert groma.cli.run(line.split()) == 1
     out, error = capsys.readouterr()
     assert "open" in out
-    assert "no vehicle.toml" in error
+    assert "error: parameter-open: " in error
     assert not (tmp_path / "out" / "vehicle.toml").exists()
     assert "What is open" in (tmp_path / "out" / "report.html").read_text()
 
@@ -282,8 +283,10 @@ def test_a_map_is_made_with_the_calibrated_wheels(eight_arcs: Path, tmp_path: Pa
 
 
 def test_the_demonstration_is_near_the_truth(tmp_path: Path) -> None:
-    result, lines = calibrate_simulated(tmp_path, seed=2)
-    assert (tmp_path / "report.html").exists()
+    with Run("evaluation", "demo", tmp_path / "demo", command="") as run:
+        result, lines = calibrate_simulated(run, tmp_path, seed=2)
+        run.finish({})
+    assert (tmp_path / "demo" / "vehicle" / "report.html").exists()
     assert lines[0].startswith(("Stop here", "Go on"))
     assert len(lines) == 1 + len(result.found.names)
     assert "off the truth by" in lines[1]

@@ -1,4 +1,4 @@
-"""The two ways in which a run may fail without there being a bug."""
+"""The ways in which a run may fail without there being a bug."""
 
 
 class UserError(Exception):
@@ -7,3 +7,7 @@ class UserError(Exception):
 
 class EstimationError(Exception):
     """The data did not allow an estimate: one line says why; the command exits with 1."""
+
+
+class ToldError(EstimationError):
+    """The result must not be relied on, or there is none, as the findings told; the command exits with 1."""

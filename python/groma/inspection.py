@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from groma.errors import UserError
+from groma.findings import Finding
 from groma.io.drive import Drive, is_jump, open_drive
 from groma.io.recording import Recording
 from groma.io.sampling import Sample
@@ -171,7 +172,7 @@ class Inspection:
     angle_max_excess: dict[str, float] = field(default_factory=dict)
     drive: list[str] = field(default_factory=list)
     """What a map would be made of, in sentences."""
-    notes: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
     uses: list[Use] = field(default_factory=list)
 
     def add(self, message: Message) -> None:
@@ -216,7 +217,7 @@ def inspect(recording: Recording, progress: Callable[[int], None] | None = None)
         if progress is not None and count % 1000 == 0:
             progress(count)
     found.angle_max_excess = dict(recording.notes.angle_max_excess)
-    found.notes = recording.notes.lines()
+    found.findings += recording.notes.findings()
     if drive is not None and drive.odometry is not None:
         _compare_clocks(found, drive.scans, drive.odometry)
     found.uses = list(_uses(found, drive is not None and drive.mount_known))
@@ -228,7 +229,8 @@ def _look_at_drive(recording: Recording, found: Inspection) -> Drive | None:
         drive = open_drive(recording)
     except UserError:  # no scans: told under what the recording can serve
         return None
-    found.drive = [f"scans from {drive.scans}", f"odometry from {drive.odometry or 'none'}", *drive.notes]
+    found.drive = [f"scans from {drive.scans}", f"odometry from {drive.odometry or 'none'}"]
+    found.findings = list(drive.notes)
     return drive
 
 
@@ -239,9 +241,8 @@ def _compare_clocks(found: Inspection, scans: str, odometry: str) -> None:
         return
     common = min(a.last, b.last) - max(a.first, b.first)
     if common < 0.5 * min(a.last - a.first, b.last - b.first):
-        found.drive.append(
-            f"the times of {scans} and {odometry} hardly overlap: different clocks, or recorded one after the other"
-        )
+        text = f"the times of {scans} and {odometry} hardly overlap: different clocks, or recorded one after the other"
+        found.findings.append(Finding("clocks-differ", text, span=(min(a.first, b.first), max(a.last, b.last))))
 
 
 def _uses(found: Inspection, mount_known: bool) -> list[Use]:

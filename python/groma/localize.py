@@ -137,8 +137,6 @@ class Request:
 def localize_drive(drive: Drive, request: Request, progress: Progress | None = None) -> Localized:
     """Localize a drive.
 
-    Ctrl-C ends the reading; the result of what was read is returned.
-
     Parameters
     ----------
     drive
@@ -157,17 +155,13 @@ def localize_drive(drive: Drive, request: Request, progress: Progress | None = N
     """
     run = _Run(drive, request)
     counts: Counter[str] = Counter()
-    try:
-        for scan in run.scans(counts):
-            run.take(scan)
-            if progress:
-                state = run.track.state[-1]
-                progress(len(run.track.state), state.quality.status, state.quality.sigma_position)
-    except KeyboardInterrupt:
-        counts["interrupted"] = 1
+    for scan in run.scans(counts):
+        run.take(scan)
+        if progress:
+            state = run.track.state[-1]
+            progress(len(run.track.state), state.quality.status, state.quality.sigma_position)
     if not run.track.state:
         raise EstimationError(f"{drive.recording.path}: no scan could be used: there is nothing to localize")
-    counts.update({f"skipped {reason}": count for reason, count in drive.skipped.items()})
     return run.result(counts)
 
 

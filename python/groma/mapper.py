@@ -32,8 +32,6 @@ def map_defaults() -> dict[str, object]:
 def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress | None = None) -> MapResult:
     """Map a drive.
 
-    Ctrl-C ends the reading, not the mapping: the map of what was read is finished.
-
     Parameters
     ----------
     drive
@@ -55,15 +53,11 @@ def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress |
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
     counts: Counter[str] = Counter()
-    try:
-        _feed(core, drive, counts, progress)
-    except KeyboardInterrupt:
-        counts["interrupted"] = 1
+    _feed(core, drive, counts, progress)
     try:
         arrays = core.finish()
     except RuntimeError as error:
         raise EstimationError(f"{drive.recording.path}: {error}") from error
-    counts.update({f"skipped {reason}": count for reason, count in drive.skipped.items()})
     return to_result(arrays, counts)
 
 
@@ -76,7 +70,7 @@ def _feed(core: _core.Mapper, drive: Drive, counts: Counter[str], progress: Prog
             continue
         skipped = core.push_scan(event.stamp, event.ranges, event.intensities, beams(event), mount)
         counts["scans_read"] += 1
-        counts[f"skipped scans with {skipped}" if skipped else "scans_used"] += 1
+        counts[f"scans with {skipped}" if skipped else "scans_used"] += 1
         if progress:
             progress(counts["scans_read"], *core.progress())
 

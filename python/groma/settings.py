@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from groma.errors import UserError
@@ -37,6 +37,38 @@ def read_table(config: Path, command: str) -> Mapping[str, object]:
     if not isinstance(table, dict):
         raise UserError(f"{config}: has no table [{command}]: `groma config` prints one to start from")
     return table
+
+
+def chosen(
+    defaults: Mapping[str, object],
+    config: Path | None,
+    command: str,
+    options: Mapping[str, object],
+    recorded: Collection[str] = (),
+) -> Settings:
+    """Return the defaults, changed by the table of a command in a file, changed by the options that are not None.
+
+    Parameters
+    ----------
+    defaults
+        All settings there are.
+    config
+        The file; None for none.
+    command
+        Name of the table.
+    options
+        What the command line says; None where it does not.
+    recorded
+        Keys that run.toml has in the table beside settings: they are passed over.
+
+    Raises
+    ------
+    UserError
+        As :func:`read_table` and :func:`merged`.
+    """
+    table = read_table(config, command) if config else {}
+    settings = merged(defaults, {key: value for key, value in table.items() if key not in recorded}, command)
+    return merged(settings, {key: value for key, value in options.items() if value is not None}, command)
 
 
 def merged(defaults: Mapping[str, object], changes: Mapping[str, object], path: str) -> Settings:

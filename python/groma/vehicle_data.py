@@ -4,9 +4,9 @@ The motions come from laser scans (:mod:`groma.egomotion`), or, where a recordin
 that somebody else measured: a tracker, another program's laser odometry, tuples of scan matching. What is left out is
 counted by reason.
 
-Neighbouring motions of a drive share a scan, and with it half of their errors: the covariance of a motion and the next
-is ``-C Ad(T_{k+1}^-1)^T``, with C the covariance that the shared scan brings: the errors of a motion are taken to come
-from both its ends alike, and of the halves of two neighbours C is the lesser.
+Neighbouring motions of a drive share a scan, and with it half of their errors: the covariance of a motion and the
+next is ``-C Ad(T_{k+1}^-1)^T``, with C the covariance that the shared scan brings: the errors of a motion are taken
+to come from both its ends alike, and of the halves of two neighbours C is the lesser.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from groma.calibration import OdometryLog, SensorMotions
 from groma.egomotion import Progress, laser_motions
 from groma.errors import EstimationError, UserError
 from groma.evaluation.se2 import relative
+from groma.findings import Finding
 from groma.io.drive_choice import choose_scans
 from groma.io.recording import Recording
 from groma.io.streams import Kind as StreamKind
@@ -51,8 +52,8 @@ class VehicleData:
     """What the motions come from, in words."""
     counts: Counter[str]
     """Motions used, and what was left out by reason."""
-    notes: tuple[str, ...]
-    """What was chosen and assumed, in sentences."""
+    notes: tuple[Finding, ...]
+    """What was chosen and repaired."""
 
 
 def vehicle_data(
@@ -97,8 +98,8 @@ def vehicle_data(
     """
     read = read_wheels(recording, model, stream=wheels, joints=joints, axle=axle)
     cut = segments(read, model, window)
-    name, of_scans = _sensor(recording, scans, poses)
     counts, notes = Counter(read.skipped), list(read.notes)
+    name, of_scans = _sensor(recording, scans, poses, notes)
     if of_scans:
         found = _from_scans(recording, name, cut, counts, progress)
     else:
@@ -107,7 +108,7 @@ def vehicle_data(
     source = f"scans of {name}" if of_scans else f"poses of the sensor from {name}"
     steering = None if model == "differential" else read.readings[:, 1]
     log = OdometryLog(read.time, read.readings[:, : 2 if steering is None else 1], steering)
-    return VehicleData(log, motions, read, cut, source, counts, (*notes, *recording.notes.assumptions))
+    return VehicleData(log, motions, read, cut, source, counts, tuple(notes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +122,7 @@ class _Found:
     verdict: tuple[str, ...]
 
 
-def _sensor(recording: Recording, scans: str | None, poses: str | None) -> tuple[str, bool]:
+def _sensor(recording: Recording, scans: str | None, poses: str | None, notes: list[Finding]) -> tuple[str, bool]:
     """Return the stream that tells how the sensor moved, and whether it has scans."""
     if poses is not None:
         there = [s.name for s in recording.streams if s.kind is StreamKind.ODOMETRY]
@@ -129,7 +130,7 @@ def _sensor(recording: Recording, scans: str | None, poses: str | None) -> tuple
             raise UserError(f"{recording.path}: no poses called {poses}: there are {', '.join(there) or 'none'}")
         return poses, False
     if scans is not None or any(s.kind is StreamKind.SCAN for s in recording.streams):
-        return choose_scans(recording, scans, []), True
+        return choose_scans(recording, scans, notes), True
     for message in recording.messages({s.name for s in recording.streams if s.kind is StreamKind.ODOMETRY}):
         if isinstance(message, Odometry) and is_of_sensor(message.child_frame):
             return message.stream, False

@@ -161,3 +161,8 @@ def bag2(path: Path, entries: Iterable[Entry], plugin: StoragePlugin, mode: Comp
                 connections[topic] = writer.add_connection(topic, kind, typestore=ros.store)
             writer.write(connections[topic], round(time * 1e9), ros.store.serialize_cdr(message, kind))
     return path
+
+
+def texts(recording: Recording) -> list[str]:
+    """Return what the readers found, in words."""
+    return [finding.text for finding in recording.notes.findings()]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made import RANGES, drive_lines, flaser, read, text
+from made import RANGES, drive_lines, flaser, read, text, texts
 
 from groma.io.carmen_lines import LineError, parse_flaser, parse_odom, parse_rawlaser, parse_robotlaser
 from groma.io.streams import Kind
@@ -54,7 +54,7 @@ def test_a_laser_pose_that_was_corrected_is_no_mounting(tmp_path: Path) -> None:
     lines = [flaser(laser=(0.3 * k, 0.1 * k, 0), robot=(0.1 * k, 0, 0), times=f"{k + 1} h {k}") for k in range(20)]
     recording, messages = read(text(tmp_path / "a.log", lines))
     assert not of_type(messages, Transform)
-    assert any("corrected by another program" in line for line in recording.notes.lines())
+    assert any("corrected by another program" in line for line in texts(recording))
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_beams_by_their_number(tmp_path: Path, count: int, first: float, step: f
     geometry = messages[-1].geometry  # type: ignore[union-attr]
     assert math.degrees(geometry.angle_min) == pytest.approx(first)
     assert math.degrees(geometry.angle_increment) == pytest.approx(step)
-    assert any(f"{count} beams" in line for line in recording.notes.lines())
+    assert any(f"{count} beams" in line for line in texts(recording))
 
 
 def test_the_resolution_in_a_param_line_wins(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_a_resolution_that_does_not_fit_is_told_and_not_used(tmp_path: Path) -> 
     lines = ["PARAM laser_front_laser_resolution 5 nohost 0\n", *drive_lines(2)]
     recording, messages = read(text(tmp_path / "a.log", lines))
     assert math.degrees(messages[-1].geometry.angle_increment) == pytest.approx(1)  # type: ignore[union-attr]
-    assert any("does not fit" in line for line in recording.notes.lines())
+    assert any("does not fit" in line for line in texts(recording))
 
 
 def test_robotlaser_has_its_own_geometry_and_remissions(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_odom_lines_are_a_stream_of_their_own(tmp_path: Path) -> None:
 def test_clocks(tmp_path: Path, times: list[str], expected: list[float]) -> None:
     recording, _ = read(text(tmp_path / "a.log", [flaser(times=t) for t in times]))
     assert [m.stamp for m in recording.messages() if isinstance(m, LaserScan)] == expected
-    assumed = [line for line in recording.notes.lines() if "times" in line]
+    assumed = [line for line in texts(recording) if "times" in line]
     assert bool(assumed) == (expected[0] in (0, 5))
 
 
@@ -212,7 +212,7 @@ def test_the_far_wall_of_a_robot_that_stands_is_a_wall(tmp_path: Path) -> None:
     ranges = [2.0] * 170 + [20.0] * 10
     recording, messages = read(text(tmp_path / "a.log", [flaser(ranges, times=f"{k + 1} h 0") for k in range(50)]))
     assert all(np.isfinite(m.ranges).all() for m in messages if isinstance(m, LaserScan))
-    assert any("no return is unknown" in line for line in recording.notes.lines())
+    assert any("no return is unknown" in line for line in texts(recording))
 
 
 def test_a_narrow_place_is_no_scanner_limit(tmp_path: Path) -> None:
@@ -251,4 +251,4 @@ def test_no_file_raises(tmp_path_factory: pytest.TempPathFactory, lines: list[tu
     path = tmp_path_factory.mktemp("fuzz") / "a.log"
     path.write_bytes(b"PARAM a b\n" + b"".join(b" ".join([tag, *rest]) + b"\n" for tag, rest in lines))
     recording, _ = read(path)
-    assert recording.notes.lines() is not None
+    assert texts(recording) is not None

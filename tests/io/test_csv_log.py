@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made import read, text
+from made import read, text, texts
 
 from groma.errors import UserError
 from groma.io.recording import open_recording, write_recording
@@ -56,7 +56,7 @@ def test_what_is_written_is_read_back_bit_for_bit(
     path = tmp_path_factory.mktemp("csv") / name
     write_recording(path, messages)
     recording, back = read(path)
-    assert recording.notes.lines() == []
+    assert texts(recording) == []
     assert len(back) == len(messages)
     assert all(same(a, b) for a, b in zip(messages, back, strict=True))
 
@@ -98,7 +98,7 @@ def test_the_example_of_the_reference_page(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs/reference/csv.md").read_text()
     recording, messages = read(text(tmp_path / "a.csv", page.split("```")[1].lstrip()))
     assert [type(m) for m in messages] == [Transform, Odometry, LaserScan, JointState, JointState]
-    assert recording.notes.lines() == []
+    assert texts(recording) == []
 
 
 def test_other_tags_are_counted(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def test_carmen_takes_the_pose_on_the_scan_line_and_odom_on_demand(tmp_path: Pat
     path = text(tmp_path / "a.log", [*odom[:25], *drive_lines(5), *odom[25:]])
     drive = open_drive(open_recording(path))
     assert drive.odometry == "FLASER"
-    assert any("others by --odometry: ODOM" in note for note in drive.notes)
+    assert any("others by --odometry: ODOM" in note.text for note in drive.notes)
     drive = open_drive(open_recording(path), odometry="ODOM")
     poses = [e for e in drive.events() if isinstance(e, Odometry)]
     assert {p.stream for p in poses} == {"ODOM"}
@@ -100,7 +100,7 @@ def test_of_two_scanners_the_one_with_more_scans_is_taken_and_told(tmp_path: Pat
     messages: list[Message] = [scan(1.0, "/rear"), scan(1.0, "/front"), scan(2.0, "/front")]
     drive = made(tmp_path, messages)
     assert drive.scans == "/front"
-    assert any("--scans" in note and "/rear" in note for note in drive.notes)
+    assert any("--scans" in note.text and "/rear" in note.text for note in drive.notes)
     assert made(tmp_path, messages, scans="/rear").scans == "/rear"
 
 
@@ -145,14 +145,14 @@ def test_a_mounting_published_as_moving_is_told(tmp_path: Path) -> None:
     messages: list[Message] = [edge(1.0, "base_link", "laser", 0.4), pose(1.0), scan(1.0), scan(2.0), pose(2.0)]
     drive = made(tmp_path, messages)
     assert drive.mount.x == pytest.approx(0.4)
-    assert any("published as moving" in note for note in drive.notes)
+    assert any("published as moving" in note.text for note in drive.notes)
 
 
 def test_an_unknown_mounting_is_zero_and_told(tmp_path: Path) -> None:
     drive = made(tmp_path, [scan(1.0), pose(1.0)])
     assert not drive.mount_known
     assert (drive.mount.x, drive.mount.y, drive.mount.yaw) == (0, 0, 0)
-    assert any("mounting of the laser unknown" in note for note in drive.notes)
+    assert any("mounting of the laser unknown" in note.text for note in drive.notes)
 
 
 def points(s: LaserScan) -> np.ndarray:
@@ -171,7 +171,7 @@ def test_a_scanner_upside_down_sees_the_same_points_mirrored(tmp_path: Path, ste
     (seen,) = (e for e in drive.events() if isinstance(e, LaserScan))
     assert seen.geometry.angle_increment > 0
     np.testing.assert_allclose(points(seen), points(original) * [1, -1, 1, 1], atol=1e-12)
-    assert any("upside down" in note for note in drive.notes)
+    assert any("upside down" in note.text for note in drive.notes)
 
 
 def test_a_scanner_that_turns_clockwise_is_reversed(tmp_path: Path) -> None:

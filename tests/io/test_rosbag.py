@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from made import Entry, Ros, bag1, bag2, drive_entries, read, refusal
+from made import Entry, Ros, bag1, bag2, drive_entries, read, refusal, texts
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
@@ -93,7 +93,7 @@ def scan_of(tmp_path: Path, ranges: list[float], **changes: Any) -> tuple[list[s
     recording, messages = read(bag1(tmp_path / "a.bag", [("/scan", 5.0, Ros(1).scan(5.0, ranges, **changes))]))
     (scan,) = messages
     assert isinstance(scan, LaserScan)
-    return recording.notes.lines(), scan
+    return texts(recording), scan
 
 
 def test_ranges_follow_rep_117(tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_a_range_max_of_zero_is_told(tmp_path: Path) -> None:
 def test_a_missing_stamp_becomes_the_time_of_recording(tmp_path: Path) -> None:
     recording, (scan,) = read(bag1(tmp_path / "a.bag", [("/scan", 77.0, Ros(1).scan(0.0, [1.0]))]))
     assert scan.stamp == 77.0
-    assert any("without a stamp" in line for line in recording.notes.lines())
+    assert any("without a stamp" in line for line in texts(recording))
 
 
 SCANS = 1000
@@ -190,7 +190,7 @@ def test_a_ros1_bag_without_index(tmp_path: Path) -> None:
     path.write_bytes(data)
     recording, messages = read(path)
     assert len(messages) == 17
-    assert any("the file was scanned" in line for line in recording.notes.lines())
+    assert any("the file was scanned" in line for line in texts(recording))
     assert {s.name: s.count for s in recording.streams}["/scan"] == 3
 
 
@@ -254,7 +254,7 @@ def test_what_is_written_as_mcap_is_read_back(tmp_path: Path) -> None:
     assert len(back) == len(messages)
     assert all(alike(a, b) for a, b in zip(messages, back, strict=True))
     assert recording.format == "MCAP"
-    assert recording.notes.lines() == ["readings that are no range: 1 NaN"]
+    assert texts(recording) == ["readings that are no range: 1 NaN"]
     assert list(tmp_path.iterdir()) == [tmp_path / "a.mcap"]
 
 

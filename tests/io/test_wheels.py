@@ -62,7 +62,7 @@ def test_late_readings_are_sorted_and_repeated_ones_left_out(tmp_path: Path) -> 
     assert read.time.tolist() == [0, 1, 2, 3, 4, 5, 6]
     assert read.skipped["readings of the wheels that repeat a time"] == 1
     assert read.skipped["readings of the wheels that are no number"] == 1
-    assert any("1 readings of the wheels came late" in note for note in read.notes)
+    assert any("1 readings of the wheels came late" in note.text for note in read.notes)
 
 
 def test_angles_that_roll_over_are_unrolled(tmp_path: Path) -> None:

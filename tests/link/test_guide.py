@@ -18,13 +18,13 @@ from groma.camera import Camera
 from groma.camera_calibration import calibrate_camera, projection_sigmas
 from groma.camera_plan import DEFAULTS, mount
 from groma.cli import run
-from groma.cli.cameras_survey import Leader, told
-from groma.cli.cameras_survey import _lead as lead_
 from groma.errors import UserError
 from groma.floor import planar, spatial
 from groma.io.camera_info import write_camera_info
 from groma.io.panels import write_panels
 from groma.link.guide import Advice, Guide, aim
+from groma.link.leading import Leader, told
+from groma.link.leading import lead as lead_
 from groma.link.protocol import Corners, Detections, Numbered, Odometry, Stop
 from groma.network import KnownCamera
 

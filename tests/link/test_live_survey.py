@@ -156,6 +156,7 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
     node = subprocess.Popen([*words, "--journal", str(tmp_path / "journal")], stderr=subprocess.PIPE, text=True)
     try:
         words = [*groma, "survey", str(setup), "--drive", str(tmp_path / "drive.csv"), "-o", str(tmp_path / "out")]
+        words += ["--recording", str(tmp_path / "received")]
         surveyed = subprocess.run([*words, *meet], capture_output=True, text=True, timeout=120)
     finally:
         node.terminate()
@@ -165,9 +166,14 @@ def test_the_commands_meet_record_and_end(survey: Path, tmp_path: Path) -> None:
     assert "no camera saw" in surveyed.stderr.splitlines()[-1]
     assert node.returncode == 0, told
     assert "waiting for a survey" in told
-    recorded = [m for m in read_messages(tmp_path / "out" / "survey" / LIVE) if isinstance(m, Detections)]
+    recorded = [m for m in read_messages(tmp_path / "received" / LIVE) if isinstance(m, Detections)]
     assert [m.stop for m in recorded if m.survey] == [0, 0, 0]
     assert (tmp_path / "journal" / "eye").is_dir()
+    before = (tmp_path / "received" / LIVE).read_bytes()
+    again = subprocess.run([*words, *meet], capture_output=True, text=True, timeout=120)
+    assert again.returncode == 2
+    assert "a recording is never replaced" in again.stderr
+    assert (tmp_path / "received" / LIVE).read_bytes() == before
 
 
 def test_the_command_leads_from_camera_to_camera(simulated: SimulatedNetwork, survey: Path, tmp_path: Path) -> None:
@@ -195,8 +201,9 @@ def test_the_command_leads_from_camera_to_camera(simulated: SimulatedNetwork, su
 
         with session.declare_subscriber(data_key(SITE, ROBOT), look):
             surveyed = subprocess.run(
-                [*words, "-o", str(tmp_path / "out")], capture_output=True, text=True, timeout=120
+                [*words, "-o", str(tmp_path / "out")], capture_output=True, text=True, timeout=120, cwd=tmp_path
             )
+    assert list(tmp_path.glob(f"recordings/*/{LIVE}"))
     assert f"{first}: next drive 8 m to {ways[0][1]}, by (8.0, 0.0)" in surveyed.stderr
 
 

@@ -1,6 +1,7 @@
 """The command `groma`: one verb, one file. Verbs are imported when called, so that help is instant.
 
-Exit codes: 0 done, 1 the estimation failed, 2 the user's mistake. Anything else is a bug and shows its traceback.
+Exit codes: 0 done, 1 there is no estimate or it must not be relied on, 2 the user's mistake, 130 interrupted before
+there was a result. Anything else is a bug and shows its traceback.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from cyclopts import App, CycloptsError
 
 import groma
 from groma.cli.parameters import PLAIN
-from groma.errors import EstimationError, UserError
+from groma.errors import EstimationError, ToldError, UserError
+from groma.runs.record import printable
 
 GROUPS = {
     "": {
@@ -107,11 +109,16 @@ def run(arguments: list[str]) -> int:
     except CycloptsError:
         return 2
     except UserError as error:
-        print(f"groma: {error}", file=sys.stderr)
+        print(f"groma: {printable(str(error))}", file=sys.stderr)
         return 2
-    except EstimationError as error:
-        print(f"groma: {error}", file=sys.stderr)
+    except ToldError:
         return 1
+    except EstimationError as error:
+        print(f"groma: {printable(str(error))}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("groma: interrupted before there was a result: nothing was changed", file=sys.stderr)
+        return 130
     except BrokenPipeError:
         sys.stderr.close()
     return 0

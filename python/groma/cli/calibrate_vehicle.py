@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 import math
-import sys
-from dataclasses import asdict
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from groma.calibration import Free
-from groma.errors import EstimationError, UserError
-from groma.io.calibration_results import save_calibration
+from groma.errors import UserError
 from groma.io.quantities import amounts
-from groma.io.recording import Recording, open_recording
-from groma.io.results import point_latest, result_directory, shown_command
-from groma.io.streams import Kind
-from groma.report.calibration_words import misfits, rows, verdict_words
+from groma.runs.run import Run
+from groma.runs.vehicle import calibrate_into
 from groma.vehicle import PARAMETERS, Model
-from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged
+from groma.vehicle_calibration import Request
 
 
 def vehicle(
@@ -76,35 +68,8 @@ def vehicle(
     """
     request = Request(model, wheelbase, _free(free), wheels, _names(joints), axle, scans, poses, window)
     _check(request, tolerance)
-    recording = open_recording(file)
-    directory = result_directory(output, datetime.now().astimezone())
-    result = _or_nothing(directory, recording, request, tolerance)
-    if output is None:
-        point_latest(directory)
-    _tell(result, recording, directory)
-
-
-def _or_nothing(directory: Path, recording: Recording, request: Request, tolerance: str) -> CalibratedVehicle:
-    """Calibrate into a folder; an empty one is removed when that fails."""
-    try:
-        return calibrate_into(directory, recording, request, tolerance, shown_command(sys.argv[1:]))
-    except BaseException:
-        if not any(directory.iterdir()):
-            directory.rmdir()
-        raise
-
-
-def calibrate_into(
-    directory: Path, recording: Recording, request: Request, tolerance: str, command: str
-) -> CalibratedVehicle:
-    """Calibrate, with progress on a terminal, and write all files into a folder that exists."""
-    result = _with_progress(recording, request)
-    values = dict(zip(result.found.names, result.found.values.tolist(), strict=True))
-    if tolerance:
-        result = judged(result, amounts(tolerance, values, "--tolerance"))
-    settings = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(request).items()}
-    save_calibration(result, {"calibrate": {**settings, "tolerance": tolerance}}, recording.path, directory, command)
-    return result
+    with Run("vehicle", "calibrate vehicle", output) as run:
+        calibrate_into(run, run.open(file), request, tolerance)
 
 
 def _check(request: Request, tolerance: str) -> None:
@@ -128,33 +93,3 @@ def _free(text: str) -> tuple[Free, ...]:
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
-def _with_progress(recording: Recording, request: Request) -> CalibratedVehicle:
-    counts = [s.count for s in recording.streams if s.kind is Kind.SCAN and request.scans in (None, s.name)]
-    total = max((count for count in counts if count is not None), default=None)
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("scans"), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("calibrate", total=total)
-        show = None if progress.disable else (lambda count: progress.update(task, completed=count))
-        return calibrate_vehicle(recording, request, show)
-
-
-def _tell(result: CalibratedVehicle, recording: Recording, directory: Path) -> None:
-    for note in [*result.data.notes, *result.found.notes, *recording.notes.lines()]:
-        if note not in recording.notes.assumptions or note in result.data.notes:
-            print(f"note: {note}", file=sys.stderr)
-    for what, count in sorted(result.data.counts.items()):
-        if count and what != "motions used":
-            print(f"left out: {count} {what.removeprefix('motions: ')}", file=sys.stderr)
-    for line in misfits(result):
-        print(f"note: {line}", file=sys.stderr)
-    table = rows(result)
-    widths = [max(len(row[k]) for row in table) for k in range(5)]
-    for row in table:
-        print("  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip())
-    print(f"{verdict_words(result)}.")
-    print(f"{directory / 'report.html'}")
-    if result.found.weak:
-        raise EstimationError(f"{recording.path}: the drive leaves parameters open, so there is no vehicle.toml")

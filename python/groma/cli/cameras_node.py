@@ -8,11 +8,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.cli.link_options import Link, end_on_signal
 from groma.errors import UserError
 from groma.io.target_file import read_target
 from groma.link.journal import Journal
 from groma.link.node import ROBOT, Node, new_boot
+from groma.link.options import Link, end_on_signal
 from groma.link.protocol import checked_name
 from groma.link.session import connect
 from groma.link.sight import sight
@@ -57,9 +57,8 @@ def node(
     images = open_source(source)
     boot = new_boot()
     kept = Journal(journal / camera, boot)
-    end = end_on_signal()
     try:
-        with connect(link.endpoint, link.keys) as session:
+        with end_on_signal() as end, connect(link.endpoint, link.keys) as session:
             print(f"{camera}: {images.name}, waiting for a survey at {link.endpoint}; Ctrl-C ends", file=sys.stderr)
             Node(session, link.site, camera, images, detect, kept, boot, rate, report=_tell).run(end)
     finally:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
 from html import escape
 from pathlib import Path
 from typing import Annotated
@@ -16,9 +15,10 @@ from groma.cli.demo_localization import localize_simulated
 from groma.cli.demo_map import map_simulated
 from groma.cli.demo_plan import PLANS, plan_simulated
 from groma.cli.demo_vehicle import calibrate_simulated
-from groma.io.atomic import write_text
-from groma.io.results import point_latest, result_directory
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, page, section, text
+from groma.runs.outcome import Outcome
+from groma.runs.run import Run
 
 SEED = 1
 
@@ -31,8 +31,8 @@ class Chapter:
     folder: str
     command: str
     """What a user types for a recording of his own."""
-    run: Callable[[Path, int], tuple[object, list[str]]]
-    """Takes a folder that exists and a seed; returns lines for a person last."""
+    run: Callable[[Run, Path, int], tuple[object, list[str]]]
+    """Takes the run, a folder for recordings and a seed; returns lines for a person last."""
     pages: tuple[str, ...] = ("report.html",)
     """Its reports, in the folder."""
 
@@ -58,30 +58,27 @@ def demo(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] =
     output
         Folder for the recordings and the results; a new one in results/ when left out.
     """
-    directory = result_directory(output, datetime.now().astimezone())
-    told = [_show(chapter, directory) for chapter in CHAPTERS]
-    write_text(directory / "report.html", _contents(told))
-    if output is None:
-        point_latest(directory)
-    print(f"look at {directory / 'report.html'}; then, for a recording of your own: groma inspect FILE")
+    with Run("evaluation", "demo", output, settings={"demo": {"seed": SEED}}) as run:
+        told = [_show(chapter, run) for chapter in CHAPTERS]
+        pages = {f"{chapter.title}": lines for chapter, lines in zip(CHAPTERS, told, strict=True)}
+        run.finish({"chapters": pages}, "What groma does", lambda outcome: _contents(told, outcome))
+    print("for a recording of your own: groma inspect FILE")
 
 
-def _show(chapter: Chapter, directory: Path) -> list[str]:
+def _show(chapter: Chapter, run: Run) -> list[str]:
     """Run a chapter in a folder of its own and print what it says."""
     print(f"{chapter.title} ({chapter.command})", flush=True)
-    place = directory / chapter.folder
-    place.mkdir(exist_ok=True)
-    _, lines = chapter.run(place, SEED)
+    _, lines = chapter.run(run, run.path("recordings/of").parent, SEED)
     for line in lines:
         print(f"  {line}", flush=True)
     return lines
 
 
-def _contents(told: list[list[str]]) -> str:
+def _contents(told: list[list[str]], outcome: Outcome) -> str:
     """Return a page that leads to the reports."""
     head = text("p", f"Simulated recordings, seed {SEED}: so the truth is known, and every result is held against it.")
     parts = (_entry(chapter, lines) for chapter, lines in zip(CHAPTERS, told, strict=True))
-    return page("groma demo", [text("h1", "What groma does"), head, *parts])
+    return page("groma demo", [text("h1", outcome.headline), head, *parts, findings_section(outcome.findings)])
 
 
 def _entry(chapter: Chapter, lines: list[str]) -> Html:

@@ -6,22 +6,25 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.cli.cameras_map import map_into
 from groma.io.network_recording import open_network, write_network
-from groma.io.results import shown_command
 from groma.network import NetworkMap
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
 from groma.report.network_figures import current
 from groma.report.network_words import network_verdict
+from groma.runs.network import map_network_into
+from groma.runs.record import shown_command
+from groma.runs.run import Run
 
 
-def map_simulated_cameras(directory: Path, seed: int) -> tuple[NetworkMap, list[str]]:
+def map_simulated_cameras(whole: Run, recordings: Path, seed: int) -> tuple[NetworkMap, list[str]]:
     """Simulate a survey of the hallway, map its cameras into a folder, and say how far that is from the truth.
 
     Parameters
     ----------
-    directory
-        Exists; gets a folder ``survey`` and the files of `groma cameras map`.
+    whole
+        The run of the demonstration; its folder gets the folder ``cameras``, as `groma cameras map` makes it.
+    recordings
+        Folder for the survey.
     seed
         Draws all noise.
 
@@ -31,10 +34,11 @@ def map_simulated_cameras(directory: Path, seed: int) -> tuple[NetworkMap, list[
         The map, and lines for a person.
     """
     simulated = simulate_network(network_scene("hallway", seed))
-    survey = directory / "survey"
+    survey = recordings / "survey"
     write_network(survey, simulated.scene.target, simulated.scene.known(), simulated.messages())
     command = shown_command(["cameras", "map", "survey"])
-    network = map_into(directory, open_network(survey), simulated.scene.settings(), command)
+    with Run("network", "cameras map", whole.folder / "cameras", command=command, within=whole) as run:
+        network = map_network_into(run, open_network(survey), simulated.scene.settings())
     return network, [network_verdict(network), _accuracy(network, simulated)]
 
 

@@ -7,12 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.cli.localize import localize_into
-from groma.cli.map import map_into
 from groma.io.chart import read_chart
 from groma.io.drive import open_drive
-from groma.io.recording import open_recording, write_recording
-from groma.io.results import run_record, shown_command
+from groma.io.recording import write_recording
 from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.localization import LocalizerOptions, localizer_defaults
 from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario
@@ -20,20 +17,25 @@ from groma.localize import Request
 from groma.localized import Localized
 from groma.mapper import map_defaults
 from groma.report.localization_report import localization_verdict
+from groma.runs.localization import localize_into
+from groma.runs.map import map_into
+from groma.runs.record import shown_command
+from groma.runs.run import Run
 from groma.simulation import Simulated, simulate
 
 CHANGED = 0.2
 """Share of the pallets that were moved since the depot was mapped."""
 
 
-def localize_simulated(directory: Path, seed: int) -> tuple[Localized, list[str]]:
+def localize_simulated(whole: Run, recordings: Path, seed: int) -> tuple[Localized, list[str]]:
     """Simulate two days in a depot, map the first, localize the second, and say how far that is from the truth.
 
     Parameters
     ----------
-    directory
-        Exists; gets ``survey.mcap``, ``drive.mcap``, ``vehicle.toml``, a folder ``map``, and the files of
-        `groma localize`.
+    whole
+        The run of the demonstration; its folder gets ``depot``, as `groma map` makes it, and ``localization``.
+    recordings
+        Folder for ``survey.mcap``, ``drive.mcap`` and ``vehicle.toml``.
     seed
         Draws the building and all noise.
 
@@ -45,25 +47,26 @@ def localize_simulated(directory: Path, seed: int) -> tuple[Localized, list[str]
     plan = drive_scenario("survey", Day(seed), seed)
     first = simulate(plan)
     later = simulate(drive_scenario("path1", Day(seed, day=1, changed=CHANGED), seed + 1))
-    write_recording(directory / "survey.mcap", first)
-    write_recording(directory / "drive.mcap", later)
-    write_vehicle(directory / "vehicle.toml", calibrated_vehicle(plan, seed))
-    chart = directory / "map"
-    chart.mkdir(exist_ok=True)
-    survey = open_drive(open_recording(directory / "survey.mcap"))
-    map_into(chart, survey, map_defaults(), shown_command(["map", "survey.mcap"]))
-    result = _localize(directory)
+    write_recording(recordings / "survey.mcap", first)
+    write_recording(recordings / "drive.mcap", later)
+    write_vehicle(recordings / "vehicle.toml", calibrated_vehicle(plan, seed))
+    chart = whole.folder / "depot"
+    with Run("map", "map", chart, command=shown_command(["map", "survey.mcap"]), within=whole) as run:
+        map_into(run, open_drive(run.open(recordings / "survey.mcap")), map_defaults())
+    result = _localize(whole, recordings, chart)
     return result, [f"{localization_verdict(result)}.", _accuracy(result, first, later)]
 
 
-def _localize(directory: Path) -> Localized:
-    recording, vehicle = directory / "drive.mcap", directory / "vehicle.toml"
+def _localize(whole: Run, recordings: Path, chart: Path) -> Localized:
+    vehicle = recordings / "vehicle.toml"
+    command = shown_command(["localize", "drive.mcap", "--map", chart.name, "--vehicle", vehicle.name])
     settings = localizer_defaults()
-    request = Request(read_chart(directory / "map"), LocalizerOptions(**settings), None, read_vehicle(vehicle))
-    words = ["localize", recording.name, "--map", "map", "--vehicle", vehicle.name]
-    run = run_record({"localize": {**settings, "start": "unknown"}}, recording, shown_command(words))
-    drive = open_drive(open_recording(recording), odometry="none")
-    return localize_into(directory, drive, request, run | {"map": "map", "vehicle": vehicle.name})
+    request = Request(read_chart(chart), LocalizerOptions(**settings), None, read_vehicle(vehicle))
+    with Run("localization", "localize", whole.folder / "localization", command=command, within=whole) as run:
+        run.settings = {"localize": {**settings, "start": "unknown"}}
+        recording = run.open(recordings / "drive.mcap")
+        run.inputs |= {"map": chart, "vehicle": vehicle}
+        return localize_into(run, open_drive(recording, odometry="none"), request)
 
 
 def _accuracy(result: Localized, first: Simulated, later: Simulated) -> str:

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from groma.cli.map import map_into
 from groma.cli.simulate import simulate
 from groma.errors import EstimationError
 from groma.evaluation.relations import RelationErrors, evaluate_relations, read_relations
 from groma.io.drive import open_drive
-from groma.io.recording import open_recording
-from groma.io.results import shown_command
 from groma.io.trajectory import read_tum
 from groma.mapper import map_defaults
 from groma.mapping import MapResult
 from groma.report.words import verdict
+from groma.runs.map import map_into
+from groma.runs.record import shown_command
+from groma.runs.run import Run
 
 
-def map_simulated(directory: Path, seed: int) -> tuple[MapResult, list[str]]:
+def map_simulated(whole: Run, recordings: Path, seed: int) -> tuple[MapResult, list[str]]:
     """Simulate a warehouse, map it into a folder, and say how far that is from the truth.
 
     Parameters
     ----------
-    directory
-        Exists; gets ``warehouse.mcap`` with its truth, and the files of `groma map`.
+    whole
+        The run of the demonstration; its folder gets the folder ``map``, as `groma map` makes it.
+    recordings
+        Folder for ``warehouse.mcap`` with its truth.
     seed
         Draws the building and all noise.
 
@@ -32,19 +34,19 @@ def map_simulated(directory: Path, seed: int) -> tuple[MapResult, list[str]]:
     tuple
         The map, and lines for a person.
     """
-    recording = directory / "warehouse.mcap"
+    recording, folder = recordings / "warehouse.mcap", whole.folder / "map"
     simulate("warehouse", output=recording, seed=seed)
-    drive = open_drive(open_recording(recording))
-    result = map_into(directory, drive, map_defaults(), shown_command(["map", recording.name]))
-    return result, [verdict(result), _accuracy(_compare(directory))]
+    with Run("map", "map", folder, command=shown_command(["map", recording.name]), within=whole) as run:
+        result = map_into(run, open_drive(run.open(recording)), map_defaults())
+    return result, [verdict(result), _accuracy(_compare(folder, recordings))]
 
 
-def _compare(directory: Path) -> RelationErrors:
+def _compare(folder: Path, recordings: Path) -> RelationErrors:
     """Compare the trajectory that was written with the true relations that the simulation wrote."""
-    truth = read_relations(directory / "warehouse.relations")
-    errors = evaluate_relations(truth, read_tum(directory / "trajectory.tum"))
+    truth = read_relations(recordings / "warehouse.relations")
+    errors = evaluate_relations(truth, read_tum(folder / "trajectory.tum"))
     if not len(errors.translation):
-        raise EstimationError(f"{directory}: too little was mapped to be compared with the truth")
+        raise EstimationError(f"{folder}: too little was mapped to be compared with the truth")
     return errors
 
 

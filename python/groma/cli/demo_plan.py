@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from groma.cli.evaluate_exploration import compared, save
-from groma.cli.plan_exploration import plan_into
 from groma.exploration import Settings
 from groma.exploration import scene as draw
-from groma.io.results import run_record
+from groma.io.building import Building
+from groma.runs.exploration import compare_into, plan_into
+from groma.runs.run import Run
 
 LAMBDAS = (10.0, 100.0, 1000.0)
 PLANS = ("drive/report.html", "strategies/report.html")
+TITLES = ("plan exploration", "evaluate exploration")
 
 
-def plan_simulated(directory: Path, seed: int) -> tuple[None, list[str]]:
+def plan_simulated(whole: Run, recordings: Path, seed: int) -> tuple[None, list[str]]:  # noqa: ARG001
     """Plan the drive through a building of 16 cameras, and compare all strategies there.
 
     Parameters
     ----------
-    directory
-        Exists; gets the folders ``drive`` (`groma plan exploration`) and ``strategies`` (`groma evaluate exploration`).
+    whole
+        The run of the demonstration; its folder gets the folders ``drive`` (`groma plan exploration`) and
+        ``strategies`` (`groma evaluate exploration`).
+    recordings
+        Nothing is recorded for it.
     seed
         Draws the building.
 
@@ -30,10 +34,9 @@ def plan_simulated(directory: Path, seed: int) -> tuple[None, list[str]]:
         Nothing, and lines for a person.
     """
     building = draw("sparse", seed=seed)
-    drive, strategies = (directory / Path(name).parent for name in PLANS)
-    for folder in (drive, strategies):
-        folder.mkdir(exist_ok=True)
-    told = plan_into(drive, building, Settings(), {"scene": "sparse"}, frames=True)
-    record = run_record({"exploration": {"scene": "sparse", "lambdas": list(LAMBDAS)}}, None, None)
-    save(strategies, *compared([building], LAMBDAS), 1, record)
+    drive, strategies = (whole.folder / Path(name).parent for name in PLANS)
+    with Run("plan", TITLES[0], drive, command="", within=whole) as run:
+        told = plan_into(run, Building(building), Settings(), {"scene": "sparse", "seed": seed}, frames=True)
+    with Run("evaluation", TITLES[1], strategies, command="", within=whole) as run:
+        compare_into(run, [building], LAMBDAS, {"scene": "sparse"})
     return None, [told]

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import msgspec
 
-from groma.cli.calibrate_vehicle import calibrate_into
-from groma.io.recording import open_recording, write_recording
-from groma.io.results import shown_command
+from groma.io.recording import write_recording
 from groma.report.calibration_words import WORDS, amount, verdict_words
+from groma.runs.record import shown_command
+from groma.runs.run import Run
+from groma.runs.vehicle import calibrate_into
 from groma.vehicle_calibration import CalibratedVehicle, Request
 from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration, true_vehicle
 
@@ -19,13 +20,15 @@ PERIOD = 0.2
 """Time between scans: enough for the standstills, and half the work of the usual scanner [s]."""
 
 
-def calibrate_simulated(directory: Path, seed: int) -> tuple[CalibratedVehicle, list[str]]:
+def calibrate_simulated(whole: Run, recordings: Path, seed: int) -> tuple[CalibratedVehicle, list[str]]:
     """Simulate a drive, calibrate its vehicle into a folder, and say how far that is from the truth.
 
     Parameters
     ----------
-    directory
-        Exists; gets ``agv.mcap`` and the files of `groma calibrate vehicle`.
+    whole
+        The run of the demonstration; its folder gets the folder ``vehicle``, as `groma calibrate vehicle` makes it.
+    recordings
+        Folder for ``agv.mcap``.
     seed
         Draws the hall and all noise.
 
@@ -40,11 +43,12 @@ def calibrate_simulated(directory: Path, seed: int) -> tuple[CalibratedVehicle, 
         scanner = msgspec.structs.replace(scenario.scanner, period=PERIOD)
         scenario = msgspec.structs.replace(scenario, program=program, scanner=scanner)
     truth = true_vehicle(scenario)
-    recording = directory / "agv.mcap"
+    recording = recordings / "agv.mcap"
     write_recording(recording, simulate_calibration(scenario))
     request = Request(wheelbase=truth.parameters["wheelbase"])
     command = shown_command(["calibrate", "vehicle", recording.name, "--wheelbase", str(request.wheelbase)])
-    result = calibrate_into(directory, open_recording(recording), request, TOLERANCE, command)
+    with Run("vehicle", "calibrate vehicle", whole.folder / "vehicle", command=command, within=whole) as run:
+        result = calibrate_into(run, run.open(recording), request, TOLERANCE)
     return result, [f"{verdict_words(result)}.", *_errors(result, truth.parameters)]
 
 

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json as json_text
-import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.evaluation.feature_scans import read_posed_scans, tell_notes
-from groma.evaluation.features import FeatureEvaluation, evaluate_features
-from groma.io.atomic import write_text
-from groma.io.results import result_directory
+from groma.evaluation.features import evaluate_features
 from groma.report.feature_report import feature_figures, feature_report, feature_tables
+from groma.report.words import count
+from groma.runs.evaluation import check_recordings, evaluated
+from groma.runs.run import Run
 
 
 def features(
@@ -44,25 +41,15 @@ def features(
     json
         Print all figures as JSON.
     output
-        Folder for features.json and features.html, a page with the curves.
+        Folder for figures and a page with the curves; none when left out.
     """
-    if not logs:
-        raise UserError("give at least one recording")
-    if poses is not None and len(logs) > 1:
-        raise UserError(f"--poses is for one recording, not for {len(logs)}: evaluate them one by one")
+    check_recordings(logs, poses)
     if every < 1:
         raise UserError(f"--every {every}: must be at least 1")
-    found = [_evaluated(log, poses, every) for log in logs]
-    text = json_text.dumps(feature_figures(found, every), indent=2, allow_nan=False)
-    if output is not None:
-        directory = result_directory(output, datetime.now().astimezone())
-        write_text(directory / "features.json", text + "\n")
-        write_text(directory / "features.html", feature_report(found, every))
-    print(text if json else feature_tables(found))
-
-
-def _evaluated(log: Path, poses: Path | None, every: int) -> FeatureEvaluation:
-    scans = read_posed_scans(log, poses, every)
-    for line in tell_notes(scans):
-        print(line, file=sys.stderr)
-    return evaluate_features(scans)
+    with Run("evaluation", "evaluate features", output, folder=output is not None) as run:
+        run.settings = {"features": {"every": every}}
+        found = evaluated(run, logs, poses, every, evaluate_features)
+        run.say(feature_tables(found))
+        headline = f"Repeatability of FALKO corners in {count(len(found), 'recording')}."
+        figures = feature_figures(found, every)
+        run.finish(figures, headline, lambda outcome: feature_report(found, every, outcome), as_json=json)

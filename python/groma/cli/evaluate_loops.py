@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json as json_text
-import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.errors import UserError
-from groma.evaluation.feature_scans import read_posed_scans, tell_notes
-from groma.evaluation.loops import LoopEvaluation, evaluate_loops
-from groma.io.atomic import write_text
-from groma.io.results import result_directory
+from groma.evaluation.loops import evaluate_loops
+from groma.findings import Finding
 from groma.report.loop_report import loop_figures, loop_report, loop_tables
+from groma.report.words import count
+from groma.runs.evaluation import check_recordings, evaluated
+from groma.runs.run import Run
 
 
 def loops(
@@ -41,23 +38,13 @@ def loops(
     json
         Print all figures as JSON.
     output
-        Folder for loops.json and loops.html, a page with the curves.
+        Folder for figures and a page with the curves; none when left out.
     """
-    if not logs:
-        raise UserError("give at least one recording")
-    if poses is not None and len(logs) > 1:
-        raise UserError(f"--poses is for one recording, not for {len(logs)}: evaluate them one by one")
-    found = [_evaluated(log, poses) for log in logs]
-    text = json_text.dumps(loop_figures(found), indent=2, allow_nan=False)
-    if output is not None:
-        directory = result_directory(output, datetime.now().astimezone())
-        write_text(directory / "loops.json", text + "\n")
-        write_text(directory / "loops.html", loop_report(found))
-    print(text if json else loop_tables(found))
-
-
-def _evaluated(log: Path, poses: Path | None) -> LoopEvaluation:
-    scans = read_posed_scans(log, poses, 1)
-    for line in tell_notes(scans):
-        print(line, file=sys.stderr)
-    return evaluate_loops(scans)
+    check_recordings(logs, poses)
+    with Run("evaluation", "evaluate loops", output, folder=output is not None) as run:
+        if poses is None:
+            run.note(Finding("reference-drifts", "places are judged by the odometry of the recording"))
+        found = evaluated(run, logs, poses, 1, evaluate_loops)
+        run.say(loop_tables(found))
+        headline = f"Loop closure by corners in {count(len(found), 'recording')}."
+        run.finish(loop_figures(found), headline, lambda outcome: loop_report(found, outcome), as_json=json)

@@ -3,31 +3,23 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Mapping
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from groma.errors import EstimationError, UserError
+from groma.errors import UserError
 from groma.io.chart import read_chart
-from groma.io.drive import Drive, open_drive
-from groma.io.localization_results import save_localized
-from groma.io.recording import open_recording
-from groma.io.results import point_latest, result_directory, run_record, shown_command
-from groma.io.trajectory import Trajectory
+from groma.io.drive import open_drive
 from groma.io.vehicle_file import read_vehicle
 from groma.localization import LocalizerOptions, localizer_defaults
-from groma.localize import Request, localize_drive
-from groma.localized import Chart, Localized
-from groma.mapping import Landmarks, no_landmarks
-from groma.report.localization_report import localization_verdict
-from groma.settings import Settings, merged, read_table
-from groma.survey import survey
+from groma.localize import Request
+from groma.localized import Chart
+from groma.mapping import no_landmarks
+from groma.runs.kinds import check_kind, file_in
+from groma.runs.localization import localize_into
+from groma.runs.run import Run
+from groma.settings import chosen
 
 Mode = Literal["static", "dynamic", "mixed", "reflectors"]
 
@@ -74,32 +66,16 @@ def localize(
     config
         TOML with a table [localize], or the run.toml of another run.
     """
-    settings = _settings(config, mode)
+    settings = chosen(dict(localizer_defaults()), config, "localize", {"mode": mode})
     pose = _start(start, settings["mode"] == "dynamic" and map_ is None)
-    chart = _chart(map_, str(settings["mode"]))
-    wheels = read_vehicle(vehicle) if vehicle else None
-    recording = open_recording(file)
-    drive = open_drive(recording, scans=scans, odometry="none" if wheels else odometry)
-    directory = result_directory(output, datetime.now().astimezone())
-    request = Request(chart, LocalizerOptions(**settings), pose, wheels)  # type: ignore[typeddict-item]
-    run = run_record({"localize": {**settings, "start": start}}, file, shown_command(sys.argv[1:]))
-    result = localize_into(directory, drive, request, run | {"map": _named(map_), "vehicle": _named(vehicle)})
-    if output is None:
-        point_latest(directory)
-    _tell(result, drive, directory)
-
-
-def localize_into(directory: Path, drive: Drive, request: Request, run: Mapping[str, object]) -> Localized:
-    """Localize a drive, with progress on a terminal, and write all files into a folder that exists."""
-    result = _with_progress(drive, request)
-    save_localized(result, _seen(drive, result, request), run, directory)
-    return result
-
-
-def _settings(config: Path | None, mode: str | None) -> Settings:
-    defaults: Settings = dict(localizer_defaults())
-    settings = merged(defaults, read_table(config, "localize") if config else {}, "localize")
-    return merged(settings, {"mode": mode} if mode else {}, "localize")
+    with Run("localization", "localize", output, settings={"localize": {**settings, "start": start}}) as run:
+        recording = run.open(file)
+        run.inputs |= {"map": map_, "vehicle": vehicle}
+        wheels = read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")) if vehicle else None
+        options = LocalizerOptions(**settings)  # type: ignore[typeddict-item]
+        request = Request(_chart(map_, str(settings["mode"])), options, pose, wheels)
+        drive = open_drive(recording, scans=scans, odometry="none" if wheels else odometry)
+        localize_into(run, drive, request)
 
 
 def _chart(path: Path | None, mode: str) -> Chart:
@@ -107,6 +83,7 @@ def _chart(path: Path | None, mode: str) -> Chart:
         if mode != "dynamic":
             raise UserError(f"--map: the mode {mode} needs a map")
         return Chart(no_landmarks())
+    check_kind(path, "map", "promotion")
     chart = read_chart(path)
     if mode == "reflectors" and not (chart.landmarks.kinds == "reflector").any():
         raise UserError(f"{path}: no reflector in it: the mode reflectors needs some")
@@ -123,45 +100,3 @@ def _start(text: str, at_origin: bool) -> tuple[float, float, float] | None:
     if not all(map(math.isfinite, (x, y, theta))):
         raise UserError(f"--start {text}: the numbers must be finite")
     return x, y, theta
-
-
-def _seen(drive: Drive, result: Localized, request: Request) -> Landmarks | None:
-    """Return what was seen on the way, at the poses found; None where that is nothing."""
-    known = result.status != "lost"
-    if known.sum() < 2:
-        return None
-    trajectory = Trajectory(result.stamps[known], result.poses[known])
-    mount = request.vehicle.laser if request.vehicle else None
-    try:
-        return survey(drive, trajectory, {}, covariances=result.covariances[known], mount=mount).landmarks
-    except EstimationError:
-        return None
-
-
-def _named(path: Path | None) -> str | None:
-    return path.resolve().name if path else None
-
-
-def _with_progress(drive: Drive, request: Request) -> Localized:
-    counts = [stream.count for stream in drive.recording.streams if stream.name == drive.scans]
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("scans {task.fields[state]}"), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("localize", total=counts[0] if counts else None, state="")
-
-        def show(scans: int, status: str, sigma: float) -> None:
-            if scans % 20 == 0:
-                progress.update(task, completed=scans, state=f"{status}, sigma {1000 * sigma:.0f} mm")
-
-        return localize_drive(drive, request, None if progress.disable else show)
-
-
-def _tell(result: Localized, drive: Drive, directory: Path) -> None:
-    for note in [*drive.notes, *drive.recording.notes.lines()]:
-        print(f"note: {note}", file=sys.stderr)
-    for reason, count in drive.skipped.items():
-        print(f"skipped: {count} {reason}", file=sys.stderr)
-    print(f"{localization_verdict(result)}.")
-    print(f"{directory / 'report.html'}")
-    if result.found_after is None:
-        raise EstimationError(f"{drive.recording.path}: the vehicle was never found in the map")

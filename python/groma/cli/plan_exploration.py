@@ -2,46 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import sys
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from groma.errors import EstimationError, UserError
-from groma.exploration import (
-    Budget,
-    Goal,
-    Graph,
-    Lambda,
-    Run,
-    SceneName,
-    Settings,
-    Sigma,
-    StrategyName,
-    Tried,
-    explore,
-    try_walk,
-)
-from groma.exploration import (
-    scene as draw,
-)
-from groma.io.atomic import write_bytes, write_text
+from groma.errors import UserError
+from groma.exploration import Budget, Goal, Lambda, SceneName, Settings, Sigma, StrategyName
+from groma.exploration import scene as draw
 from groma.io.building import Building, read_building
-from groma.io.camera_graph import write_graph
-from groma.io.drive_plan import write_route, write_waypoints
-from groma.io.results import point_latest, result_directory, run_record, shown_command
-from groma.io.toml import to_toml
-from groma.mapping import OccupancyGrid
-from groma.report.exploration_pictures import animation
-from groma.report.exploration_report import plan_report, verdict
-
-TRIES = 200
-"""Drives with drawn noise that a prediction is checked by."""
+from groma.runs.exploration import plan_into
+from groma.runs.run import Run
 
 
 def exploration(
@@ -96,49 +67,10 @@ def exploration(
     goal = _goal(lambda_, sigma, budget)
     building = _building(graph, scene, size=size, step=step, density=density, seed=seed)
     settings = Settings(strategy=strategy) if goal is None else Settings(strategy=strategy, goal=goal)
-    directory = result_directory(output, datetime.now().astimezone())
-    for note in building.notes:
-        print(f"note: {note}", file=sys.stderr)
-    run, tried = _planned(building.graph, settings, seed)
     given = {"scene": scene, "size": size, "step": step, "density": density, "seed": seed} if scene else {"seed": seed}
-    record = run_record({"exploration": settings.table() | given}, graph, shown_command(sys.argv[1:]))
-    save(directory, building.graph, run, tried, record, frames=frames, grid=building.grid)
-    if output is None:
-        point_latest(directory)
-    print(verdict(building.graph, run, tried))
-    print(f"{directory / 'report.html'}")
-    _complain(goal, run, sum(node.camera for node in building.graph.nodes))
-
-
-def plan_into(directory: Path, building: Graph, settings: Settings, given: dict[str, object], *, frames: bool) -> str:
-    """Plan, try the plan out, write all files into a folder that exists; returns the verdict."""
-    run = explore(building, settings)
-    tried = try_walk(building, run.walk, noise=settings.noise, runs=TRIES)
-    record = run_record({"exploration": settings.table() | given}, None, None)
-    save(directory, building, run, tried, record, frames=frames)
-    return verdict(building, run, tried)
-
-
-def save(
-    directory: Path,
-    building: Graph,
-    run: Run,
-    tried: Tried | None,
-    record: dict[str, object],
-    *,
-    frames: bool,
-    grid: OccupancyGrid | None = None,
-) -> None:
-    """Write all files of a plan, the report last; the map, if the building comes from one, is drawn under the walk."""
-    gif = animation(building, run, grid) if frames else None
-    write_graph(directory / "graph.yaml", building)
-    write_waypoints(directory / "waypoints.csv", building, run)
-    write_route(directory / "route.geojson", building, run)
-    if gif:
-        write_bytes(directory / "walk.gif", gif)
-    write_text(directory / "metrics.json", json.dumps(_figures(run, tried), indent=1, sort_keys=True) + "\n")
-    write_text(directory / "run.toml", to_toml(record))
-    write_text(directory / "report.html", plan_report(building, run, tried, record, gif, grid))
+    with Run("plan", "plan exploration", output) as run:
+        run.inputs["input"] = graph
+        plan_into(run, building, settings, given, frames=frames)
 
 
 def _goal(lambda_: float | None, sigma: float | None, budget: float | None) -> Goal | None:
@@ -156,51 +88,3 @@ def _building(path: Path | None, scene: SceneName | None, **values: float) -> Bu
         size, seed = int(values["size"]), int(values["seed"])
         return Building(draw(scene, size=size, step=values["step"], density=values["density"], seed=seed))
     raise UserError("give either a file or --scene: groma plan exploration building.yaml")
-
-
-def _planned(building: Graph, settings: Settings, seed: int) -> tuple[Run, Tried]:
-    """Explore and try the plan out, with progress on a terminal."""
-    console, cameras = Console(stderr=True), sum(node.camera for node in building.nodes)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("explore", total=cameras)
-
-        def found(distance: float, count: int) -> None:
-            progress.update(task, description=f"{distance:.0f} m, {count} of {cameras} cameras", completed=count)
-
-        def tried(done: int, runs: int) -> None:
-            progress.update(task, description=f"drive {done + 1} of {runs} with noise", completed=done, total=runs)
-
-        run = explore(building, settings, found)
-        return run, try_walk(building, run.walk, noise=settings.noise, runs=TRIES, seed=seed, progress=tried)
-
-
-def _figures(run: Run, tried: Tried | None) -> dict[str, object]:
-    found = [stop.length for stop in run.stops if stop.complete]
-    return {
-        "cameras": len(run.cameras),
-        "distance_m": _stable(run.length),
-        "distance_until_all_found_m": _stable(found[0]) if found else None,
-        "sigma_predicted_m": _stable(run.sigma),
-        "sigma_tried_m": _stable(tried.map.sigma) if tried else None,
-        "nees_per_dof": _stable(tried.map.nees) if tried else None,
-        "filter_sigma_tried_m": _stable(tried.filter.sigma) if tried else None,
-        "filter_nees_per_dof": _stable(tried.filter.nees) if tried else None,
-        "tries": tried.runs if tried else 0,
-        "decisions": len(run.decisions),
-        "largest_gap": _stable(max((decision.gap for decision in run.decisions), default=0.0)),
-    }
-
-
-def _stable(value: float) -> float:
-    return float(f"{value:.9g}")
-
-
-def _complain(goal: Goal | None, run: Run, cameras: int) -> None:
-    """Say when the goal was not reached."""
-    if len(run.cameras) < cameras:
-        raise EstimationError("not all cameras can be found")
-    if isinstance(goal, Sigma) and run.sigma > goal.value:
-        raise EstimationError(f"sigma {goal.value} m cannot be reached: no walk lowers {run.sigma:.3g} m any further")
-    if isinstance(goal, Budget) and run.length > goal.value:
-        raise EstimationError(f"finding all cameras alone takes {run.length:.0f} m, more than the budget")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -12,12 +11,12 @@ from cyclopts import Parameter
 
 from groma.calibration import interval_factor
 from groma.errors import UserError
-from groma.io.atomic import write_text
 from groma.io.quantities import amounts
-from groma.io.results import point_latest, result_directory
 from groma.io.vehicle_file import read_vehicle
-from groma.report.plan_figure import plan_picture
-from groma.vehicle_plan import Array, PlanLimits, VehiclePlan, plan_limits, plan_vehicle, thesis_grid
+from groma.runs.kinds import file_in
+from groma.runs.run import Run
+from groma.runs.vehicle_plan import plan_vehicle_into
+from groma.vehicle_plan import Array, PlanLimits, plan_limits, plan_vehicle, thesis_grid
 
 
 def vehicle(
@@ -84,31 +83,28 @@ def vehicle(
     limits = _limits(alpha_min, alpha_max, beta_max, path_max, speed, acceleration_max, overhead)
     also = tuple(name.strip() for name in free.split(",") if name.strip())
     corners = _floor(floor)
-    try:
-        if nseg is not None:
-            turn = limits.get("turn_max", math.pi)
-            plan, times = thesis_grid(model, parameters, sigmas, nseg, turn, free=also, **limits)
-            words = f"drive the grid {times:.2f} times for the tolerances"
-        else:
-            front, rear, side = _numbers(footprint or "0,0,0", 3, "--footprint")
-            outline = (front, rear, side)
-            plan = plan_vehicle(model, parameters, sigmas, free=also, floor=corners, footprint=outline, **limits)
-            words = f"no plan of such arcs takes less than {plan.bound:.0f} s"
-    except ValueError as error:
-        raise UserError(str(error)) from error
-    directory = result_directory(output, datetime.now().astimezone())
-    write_text(directory / "plan.csv", to_csv(plan))
-    plan_picture(plan, corners, directory / "plan.png")
-    if output is None:
-        point_latest(directory)
-    print(to_table(plan))
-    print(f"{len(plan.path)} arcs, {plan.time:.0f} s with stops; {words}")
-    print(f"plan.csv and plan.png are in {directory}")
+    with Run("plan", "plan vehicle", output) as run:
+        run.inputs["vehicle"] = vehicle
+        given = {"tolerance": tolerance, "free": list(also), "footprint": footprint, "nseg": nseg}
+        run.settings = {"plan_vehicle": {**plan_limits(), **limits, **given}}
+        try:
+            if nseg is not None:
+                turn = limits.get("turn_max", math.pi)
+                plan, times = thesis_grid(model, parameters, sigmas, nseg, turn, free=also, **limits)
+                words = f"drive the grid {times:.2f} times for the tolerances"
+            else:
+                front, rear, side = _numbers(footprint or "0,0,0", 3, "--footprint")
+                outline = (front, rear, side)
+                plan = plan_vehicle(model, parameters, sigmas, free=also, floor=corners, footprint=outline, **limits)
+                words = f"no plan of such arcs takes less than {plan.bound:.0f} s"
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        plan_vehicle_into(run, plan, corners, words)
 
 
 def _about(file: Path | None, wheelbase: float | None, laser: str) -> tuple[str, dict[str, float]]:
     if file is not None:
-        known = read_vehicle(file)
+        known = read_vehicle(file_in(file, "vehicle.toml", "vehicle"))
         return known.model, dict(known.parameters)
     if wheelbase is None or not math.isfinite(wheelbase) or wheelbase == 0.0:
         raise UserError("say which vehicle: --vehicle FILE, or --wheelbase METRES of a tricycle")
@@ -166,32 +162,3 @@ def _numbers(text: str, count: int, name: str) -> tuple[float, ...]:
     if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
         raise UserError(f"{name} {text!r}: must be {count} numbers with commas between")
     return numbers
-
-
-def to_csv(plan: VehiclePlan) -> str:
-    """Return a line an arc."""
-    lines = ["steering_rad,path_m,speed_mps,turn_rad,start_x_m,start_y_m,start_heading_rad"]
-    columns = (plan.steering, plan.path, plan.speed, plan.turn, *plan.start.T)
-    lines += [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
-    return "\n".join(lines) + "\n"
-
-
-def to_table(plan: VehiclePlan) -> str:
-    """Return equal arcs in a row, with their number."""
-    columns = (
-        np.degrees(plan.steering),
-        plan.path,
-        np.degrees(plan.turn),
-        plan.speed,
-        plan.start[:, 0],
-        plan.start[:, 1],
-    )
-    rows = np.column_stack([*columns, np.degrees(plan.start[:, 2])]).round(3)
-    kinds, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
-    lines = ["times  steering deg  path m  turn deg  speed m/s  from x, y m, heading deg"]
-    for k in np.argsort(first):
-        steering, path, turn, speed, x, y, heading = kinds[k]
-        shown = f"{counts[k]:5d}  {steering:12.1f}  {path:6.2f}  {turn:8.0f}  {speed:9.2f}  "
-        lines.append(shown + f"{x:.2f}, {y:.2f}, {heading:.0f}")
-    lines += [f"{name}: sigma {sigma:.3g}" for name, sigma in plan.sigmas.items()]
-    return "\n".join(lines)

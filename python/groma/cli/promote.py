@@ -7,42 +7,31 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.errors import UserError
-from groma.io.landmarks import read_landmarks, write_landmarks
-from groma.promotion import promote as promote_landmarks
+from groma.runs.promotion import promote_into
+from groma.runs.run import Run
 
 
 def promote(
-    landmarks: Path,
+    map_: Annotated[Path, Parameter(name="MAP")],
     /,
     *drives: Path,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     days: int | None = None,
 ) -> None:
-    """Add to a landmark map what several localized drives saw and it lacks.
+    """Add to a map what several localized drives saw and it lacks: a new map, the old one stays.
 
-    groma promote map/landmarks.json monday tuesday wednesday -o map/landmarks.json
+    groma promote results/latest-map monday tuesday wednesday -o depot
 
     Parameters
     ----------
-    landmarks
-        The landmark map (landmarks.json of `groma map`).
+    map_
+        Folder of groma map, or a landmark map (.json).
     drives
-        Folders of `groma localize`, one a day, all in that map.
+        Folders of groma localize, one a day, all in that map.
     output
-        The new landmark map; it may be the old one.
+        Folder for the new map; a new one in results/ when left out.
     days
         On how many of the drives a mark must have been seen; two when left out.
     """
-    seen = [read_landmarks(_landmarks(drive)) for drive in drives]
-    result = promote_landmarks(read_landmarks(landmarks), seen, {} if days is None else {"days": days})
-    write_landmarks(output, result.landmarks)
-    size, again = len(result.landmarks.positions), result.confirmed
-    print(f"{output}: {size} landmarks, {result.promoted} of them new; {again} of the old ones were seen again")
-
-
-def _landmarks(drive: Path) -> Path:
-    path = drive / "landmarks.json" if drive.is_dir() else drive
-    if not path.exists():
-        raise UserError(f"{path}: not there: is {drive} a folder of groma localize?")
-    return path
+    with Run("promotion", "promote", output) as run:
+        promote_into(run, map_, drives, {} if days is None else {"days": days})

@@ -1,7 +1,7 @@
 """`groma simulate`: a recording of a building that does not exist, with the truth beside it.
 
-`groma simulate SCENE` is the verb itself; what is simulated for one purpose (a calibration, ...) is a verb below it, in
-a file of its own.
+`groma simulate SCENE` is the verb itself; what is simulated for one purpose (a calibration, ...) is a verb below it,
+in a file of its own.
 """
 
 from __future__ import annotations

@@ -10,12 +10,13 @@ from cyclopts import Parameter
 from PIL import Image
 
 from groma.errors import UserError
-from groma.io.atomic import replacing, write_text
+from groma.io.atomic import replacing
 from groma.io.network_recording import write_network
 from groma.io.toml import to_toml
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
 from groma.rendered_network import Keep, rendered_messages
 from groma.rendering import Gray
+from groma.runs.run import Run
 
 Scene = Literal["corridor", "loop", "laps", "hallway"]
 
@@ -51,12 +52,15 @@ def cameras(
         raise UserError(f"--seed {seed}: must be at least 0")
     simulated = simulate_network(network_scene(scene, seed))
     known = simulated.scene.known()
-    messages = rendered_messages(simulated, keep=_keep(output / "images")) if images else simulated.messages()
-    write_network(output, simulated.scene.target, known, messages)
-    write_text(output / "truth.json", _truth(simulated))
-    write_text(output / "settings.toml", to_toml({"cameras": simulated.scene.settings()}))
-    stops, seen = len(simulated.stops), len(simulated.detections)
-    print(f"{output}: {len(known)} cameras, {stops} stops, {seen} panels seen, seed {seed}")
+    given = {"scene": scene, "seed": seed, "images": images}
+    with Run("recording", "simulate cameras", output, settings={"simulate": given}) as run:
+        messages = rendered_messages(simulated, keep=_keep(run.folder / "images")) if images else simulated.messages()
+        write_network(run.folder, simulated.scene.target, known, messages)
+        run.write_text("truth.json", _truth(simulated))
+        run.write_text("settings.toml", to_toml({"cameras": simulated.scene.settings()}))
+        stops, seen = len(simulated.stops), len(simulated.detections)
+        figures = {"cameras": len(known), "stops": stops, "panels_seen": seen}
+        run.finish(figures, f"{len(known)} cameras, {stops} stops, {seen} panels seen, seed {seed}.")
 
 
 def _keep(folder: Path) -> Keep:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -21,7 +20,8 @@ from groma.localization_simulation import (
     drives,
     standing_reflectors,
 )
-from groma.simulation import simulate
+from groma.runs.run import Run
+from groma.simulation import Scenario, Simulated, simulate
 
 
 def localization(
@@ -44,7 +44,7 @@ def localization(
     Parameters
     ----------
     output
-        Folder to write to; it is made when missing.
+        Folder to write.
     runs
         Drives along each path.
     reflectors
@@ -55,25 +55,30 @@ def localization(
         Draws the building, what was moved, and what the calibration is off by.
     """
     _check(runs, reflectors, changed, seed)
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"{output}: cannot be made a folder ({error.strerror})") from error
-    survey, later = Day(seed, 0, 0.0, reflectors), Day(seed, 1, changed, reflectors)
-    for name, drive, noise in drives(runs):
-        plan = drive_scenario(drive, survey if drive == "survey" else later, noise)
-        run = simulate(plan)
-        write_recording(output / f"{name}.mcap", run)
-        write_tum(output / f"{name}-truth.tum", run.stamps, run.truth)
-        length = np.hypot(*np.diff(run.truth[:, :2], axis=0).T).sum()
-        print(f"{output / name}.mcap: {len(run.scan_stamps)} scans, {length:.0f} m", file=sys.stderr)
-        if drive == "survey":
-            write_vehicle(output / "vehicle.toml", calibrated_vehicle(plan, seed))
-            write_reflectors(output / "reflectors.csv", standing_reflectors(run.circles, run.segments))
-    count = sum(1 for _ in drives(runs))
-    print(
-        f"{output}: {count} drives, {reflectors:.0%} of the reflectors, {changed:.0%} of the pallets moved, seed {seed}"
-    )
+    given = {"runs": runs, "reflectors": reflectors, "changed": changed, "seed": seed}
+    with Run("recording", "simulate localization", output, settings={"simulate": given}) as run:
+        planned = list(drives(runs))
+        with run.stage("drives", len(planned)) as show:
+            for count, (name, drive, noise) in enumerate(run.until_cancelled(planned), 1):
+                day = Day(seed, 0, 0.0, reflectors) if drive == "survey" else Day(seed, 1, changed, reflectors)
+                plan = drive_scenario(drive, day, noise)
+                driven = _written(run, name, plan)
+                show(count)
+                if drive == "survey":
+                    write_vehicle(run.path("vehicle.toml"), calibrated_vehicle(plan, seed))
+                    write_reflectors(run.path("reflectors.csv"), standing_reflectors(driven.circles, driven.segments))
+        shares = f"{reflectors:.0%} of the reflectors, {changed:.0%} of the pallets moved"
+        run.finish({"drives": len(planned)}, f"{len(planned)} drives, {shares}, seed {seed}.")
+
+
+def _written(run: Run, name: str, plan: Scenario) -> Simulated:
+    """Simulate a drive and write its recording and its truth."""
+    driven = simulate(plan)
+    write_recording(run.path(f"{name}.mcap"), driven)
+    write_tum(run.path(f"{name}-truth.tum"), driven.stamps, driven.truth)
+    length = np.hypot(*np.diff(driven.truth[:, :2], axis=0).T).sum()
+    run.say(f"{name}.mcap: {len(driven.scan_stamps)} scans, {length:.0f} m")
+    return driven
 
 
 def _check(runs: int, reflectors: float, changed: float, seed: int) -> None:

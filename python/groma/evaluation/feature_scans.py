@@ -8,7 +8,6 @@ the mounting that the recording tells, at the stamp of the first beam: motion wi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +17,10 @@ from numpy.typing import NDArray
 from groma.errors import UserError
 from groma.evaluation.association import look_up
 from groma.evaluation.se2 import compose
+from groma.findings import Finding
 from groma.io.drive import Drive, open_drive
-from groma.io.recording import open_recording
+from groma.io.left_out import left_out
+from groma.io.recording import Recording
 from groma.io.trajectory import Trajectory, read_tum
 from groma.models import LaserScan, Odometry
 
@@ -44,17 +45,17 @@ class PosedScans:
     """Scans of the drive."""
     without_pose: int
     """Scans that would have been looked at, had they a pose."""
-    notes: tuple[str, ...] = ()
-    """What was chosen, assumed and left out, in sentences."""
+    findings: tuple[Finding, ...] = ()
+    """What was chosen, assumed and left out."""
 
 
-def read_posed_scans(path: Path, poses: Path | None, every: int) -> PosedScans:
+def read_posed_scans(recording: Recording, poses: Path | None, every: int) -> PosedScans:
     """Read every n-th scan of a recording with its pose.
 
     Parameters
     ----------
-    path
-        What ``groma inspect`` can read.
+    recording
+        An open recording.
     poses
         TUM trajectory of the vehicle; the odometry of the recording when None.
     every
@@ -65,7 +66,7 @@ def read_posed_scans(path: Path, poses: Path | None, every: int) -> PosedScans:
     UserError
         When a file cannot be read, there is no trajectory, or no scan lies within it.
     """
-    drive = open_drive(open_recording(path))
+    path, drive = recording.path, open_drive(recording)
     scans, total, odometry = _gathered(drive, every)
     trajectory = odometry if poses is None else read_tum(poses)
     if trajectory is None:
@@ -81,25 +82,16 @@ def read_posed_scans(path: Path, poses: Path | None, every: int) -> PosedScans:
         )
     kept = [scan for scan, has_pose in zip(scans, found.found, strict=True) if has_pose]
     mount = np.array([drive.mount.x, drive.mount.y, drive.mount.yaw])
-    notes = [*drive.notes, *drive.recording.notes.lines(), *_left_out(drive, trajectory)]
+    without = len(scans) - len(kept)
     source = str(poses) if poses else f"{drive.odometry} in the recording"
+    findings = [
+        *drive.findings(),
+        Finding("assumption", f"poses of {source}"),
+        *left_out({"poses that are no number or repeat a stamp": trajectory.skipped + trajectory.repeated}),
+        *left_out({"scans without a pose": without}),
+    ]
     of_laser = compose(found.poses[found.found], mount)
-    return PosedScans(str(path), source, kept, of_laser, total, len(scans) - len(kept), tuple(notes))
-
-
-def tell_notes(scans: PosedScans) -> Iterator[str]:
-    """Yield what the user should know of the scans, a line each."""
-    notes = [*scans.notes, f"poses of {scans.source}"]
-    if scans.without_pose:
-        notes.append(f"{scans.without_pose} scans have no pose and were left out")
-    return (f"note: {scans.name}: {note}" for note in notes)
-
-
-def _left_out(drive: Drive, trajectory: Trajectory) -> Iterator[str]:
-    for why, count in drive.skipped.items():
-        yield f"skipped: {count} {why}"
-    if count := trajectory.skipped + trajectory.repeated:
-        yield f"skipped: {count} poses that are not finite, have no rotation or repeat a stamp"
+    return PosedScans(str(path), source, kept, of_laser, total, without, tuple(findings))
 
 
 def _gathered(drive: Drive, every: int) -> tuple[list[LaserScan], int, Trajectory | None]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from groma.errors import UserError
 from groma.exploration import Graph
+from groma.findings import Finding
 from groma.io.camera_graph import read_graph
 from groma.io.nav2_map import read_map
 from groma.io.skeleton import graph_of_map
@@ -23,8 +24,8 @@ class Building:
     graph: Graph
     grid: OccupancyGrid | None = None
     """The map that they were taken from."""
-    notes: tuple[str, ...] = ()
-    """For a person: what was assumed and left out."""
+    notes: tuple[Finding, ...] = ()
+    """What was assumed and left out."""
 
 
 def read_building(path: Path) -> Building:
@@ -38,7 +39,7 @@ def read_building(path: Path) -> Building:
     if not _is_map(path):
         return Building(read_graph(path))
     graph, notes = graph_of_map(path)
-    return Building(graph, read_map(path), tuple(notes))
+    return Building(graph, read_map(path), notes)
 
 
 def _is_map(path: Path) -> bool:

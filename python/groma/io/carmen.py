@@ -47,7 +47,7 @@ class CarmenRecording:
         self._assume_clock()
         for tag, traits in self._survey.scans.items():
             if traits.mount is None and not tag.startswith("RAW"):
-                self.notes.assume(f"{tag}: mounting of the laser unknown: {traits.why_no_mount}")
+                self.notes.assume(f"{tag}: mounting of the laser unknown: {traits.why_no_mount}", "mount-unknown")
         self._compare_offset()
 
     def messages(self, streams: Collection[str] | None = None) -> Iterator[Message]:

@@ -43,10 +43,10 @@ class DetectionCache:
 
     def __init__(self, directory: Path, target: Target, gates: Mapping[str, object]) -> None:
         what = json.dumps([VERSION, target.json(), dict(sorted(gates.items()))])
-        self.path = directory / f"detections-{hashlib.sha256(what.encode()).hexdigest()[:12]}.json"
+        self.name = f"detections-{hashlib.sha256(what.encode()).hexdigest()[:12]}.json"
         self._images: dict[str, _Image] = {}
         with suppress(OSError, msgspec.MsgspecError, UnicodeDecodeError):
-            self._images = msgspec.json.decode(self.path.read_bytes(), type=dict[str, _Image])
+            self._images = msgspec.json.decode((directory / self.name).read_bytes(), type=dict[str, _Image])
         self.used = 0
         """Images whose detections were there already."""
 
@@ -62,15 +62,15 @@ class DetectionCache:
         """Keep what was seen in an image."""
         self._images[key] = _Image([_panel(d) for d in detections], dict(left_out))
 
-    def save(self) -> None:
-        """Write the file.
+    def save(self, directory: Path) -> None:
+        """Write the file into a folder.
 
         Raises
         ------
         UserError
             When it cannot be written.
         """
-        write_bytes(self.path, msgspec.json.encode(dict(sorted(self._images.items()))) + b"\n")
+        write_bytes(directory / self.name, msgspec.json.encode(dict(sorted(self._images.items()))) + b"\n")
 
 
 def _panel(detection: Detection) -> _Panel:

@@ -34,7 +34,7 @@ class DpSlamRecording:
         kinds = {"Laser": Kind.SCAN, "Odometry": Kind.ODOMETRY}
         self.streams = tuple(Stream(tag, kinds[tag], n if whole else None) for tag, n in counts.items() if n)
         self.notes.assume(f"no times: scans are put {SYNTHETIC_PERIOD:g} s apart")
-        self.notes.assume("mounting of the laser unknown: the format has none")
+        self.notes.assume("mounting of the laser unknown: the format has none", "mount-unknown")
 
     def messages(self, streams: Collection[str] | None = None) -> Iterator[Message]:
         """Yield messages in the order of the file; see :class:`groma.io.recording.Recording`."""

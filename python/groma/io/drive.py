@@ -19,7 +19,9 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from groma.findings import Finding
 from groma.io.drive_choice import TF, Look, choose_odometry, choose_scans, look, mount_for
+from groma.io.left_out import left_out
 from groma.io.mounting import Mount
 from groma.io.recording import Recording
 from groma.io.time_order import Sorter
@@ -42,8 +44,8 @@ class Drive:
     """T_base_laser: ``.x``, ``.y`` [m], ``.yaw`` [rad]."""
     mount_known: bool
     """Whether the recording says where the laser sits."""
-    notes: list[str]
-    """What was chosen and assumed, in sentences."""
+    notes: list[Finding]
+    """What was chosen and assumed."""
     skipped: Counter[str] = field(default_factory=Counter)
     """What the last pass left out, by reason."""
     jumps: int = 0
@@ -66,6 +68,16 @@ class Drive:
                 self.jumps += before is not None and is_jump(before, event)
                 before = event
             yield event
+
+    def findings(self) -> list[Finding]:
+        """Return what was chosen and assumed, and what the last pass left out; the recording has its own besides."""
+        return [*self.notes, *left_out(self.skipped), *self._jumps()]
+
+    def _jumps(self) -> Iterator[Finding]:
+        if self.jumps:
+            times = "once" if self.jumps == 1 else f"{self.jumps} times"
+            text = f"the odometry jumps {times}, farther than a robot drives"
+            yield Finding("odometry-jump", text, values={"count": (self.jumps, "1")})
 
     def _sorted(self) -> Iterator[Odometry | LaserScan]:
         sorter: Sorter[Odometry | LaserScan] = Sorter(self.skipped)
@@ -128,7 +140,7 @@ def open_drive(recording: Recording, *, scans: str | None = None, odometry: str 
     UserError
         When there is no scan stream, or none of the name asked for; the message lists those there are.
     """
-    notes: list[str] = []
+    notes: list[Finding] = []
     scan_name = choose_scans(recording, scans, notes)
     odometry_name = choose_odometry(recording, odometry, scan_name, notes)
     found = look(recording, scan_name, odometry_name)
@@ -139,14 +151,14 @@ def open_drive(recording: Recording, *, scans: str | None = None, odometry: str 
     return Drive(recording, scan_name, named, mount or Mount(), mount is not None, notes, _edge=edge)
 
 
-def _tf_odometry(wanted: str | None, chosen: str | None, found: Look, notes: list[str]) -> tuple[str, str] | None:
+def _tf_odometry(wanted: str | None, chosen: str | None, found: Look, notes: list[Finding]) -> tuple[str, str] | None:
     if chosen is not None or wanted == "none":
         return None
     edge = found.odometry_edge()
     if edge:
-        notes.append(f"odometry from the transform {edge[0]} -> {edge[1]}")
+        notes.append(Finding("stream-chosen", f"odometry from the transform {edge[0]} -> {edge[1]}"))
     else:
-        notes.append("no odometry in the recording")
+        notes.append(Finding("odometry-missing", "no odometry in the recording"))
     return edge
 
 

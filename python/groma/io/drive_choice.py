@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from groma.errors import UserError
+from groma.findings import Finding
 from groma.io.mounting import TILT, Mount, chain, planar
 from groma.io.recording import Recording
 from groma.io.streams import Kind, Stream
@@ -52,7 +53,7 @@ class Look:
         return max(edges, key=lambda key: key in self.changed, default=None)
 
 
-def choose_scans(recording: Recording, wanted: str | None, notes: list[str]) -> str:
+def choose_scans(recording: Recording, wanted: str | None, notes: list[Finding]) -> str:
     """Return the name of the scan stream."""
     there = [stream for stream in recording.streams if stream.kind is Kind.SCAN]
     if not there:
@@ -64,7 +65,7 @@ def choose_scans(recording: Recording, wanted: str | None, notes: list[str]) -> 
     return _largest(there, "scan streams", "--scans", notes)
 
 
-def choose_odometry(recording: Recording, wanted: str | None, scans: str, notes: list[str]) -> str | None:
+def choose_odometry(recording: Recording, wanted: str | None, scans: str, notes: list[Finding]) -> str | None:
     """Return the name of the Odometry stream; None for none, or for the one in /tf."""
     there = [stream for stream in recording.streams if stream.kind is Kind.ODOMETRY]
     if wanted in ("none", TF):
@@ -76,7 +77,8 @@ def choose_odometry(recording: Recording, wanted: str | None, scans: str, notes:
     if any(stream.name == scans for stream in there):
         others = ", ".join(stream.name for stream in there if stream.name != scans)
         if others:
-            notes.append(f"odometry taken from the {scans} lines themselves; others by --odometry: {others}")
+            text = f"odometry taken from the {scans} lines themselves; others by --odometry: {others}"
+            notes.append(Finding("stream-chosen", text))
         return scans
     return _largest(there, "odometry streams", "--odometry", notes)
 
@@ -108,7 +110,7 @@ def _is_enough(found: Look, odometry: str | None, has_tree: bool) -> bool:
     return found.base is not None and chain(found.static, found.base, found.laser) is not None
 
 
-def mount_for(found: Look, base: str | None, notes: list[str]) -> Mount | None:
+def mount_for(found: Look, base: str | None, notes: list[Finding]) -> Mount | None:
     """Return where the laser sits; None, with a note, when the recording does not say."""
     if found.laser is None:
         return None
@@ -120,11 +122,12 @@ def mount_for(found: Look, base: str | None, notes: list[str]) -> Mount | None:
             full = chain(edges, frame, found.laser)
             if full is not None:
                 mount = planar(full)
-                notes.append(_told(mount, frame, found.laser) + remark)
+                notes.append(Finding("mount-found", _told(mount, frame, found.laser) + remark))
+                if mount.tilt > TILT:
+                    notes.append(_tilted(mount))
                 return mount
-    notes.append(
-        f"mounting of the laser unknown (no transform {base or BASES[0]} -> {found.laser or 'laser'}): taken as zero"
-    )
+    edge = f"{base or BASES[0]} -> {found.laser or 'laser'}"
+    notes.append(Finding("mount-unknown", f"mounting of the laser unknown (no transform {edge}): taken as zero"))
     return None
 
 
@@ -132,9 +135,12 @@ def _told(mount: Mount, base: str, laser: str) -> str:
     text = f"laser at x {mount.x:.4g} m, y {mount.y:.4g} m, yaw {math.degrees(mount.yaw):.4g} deg ({base} -> {laser})"
     if mount.upside_down:
         text += ", upside down: scans are mirrored"
-    if mount.tilt > TILT:
-        text += f", tilted by {math.degrees(mount.tilt):.3g} deg: its scan plane is not horizontal"
     return text
+
+
+def _tilted(mount: Mount) -> Finding:
+    text = f"the laser is tilted by {math.degrees(mount.tilt):.3g} deg: its scan plane is not horizontal"
+    return Finding("scanner-tilted", text, values={"tilt": (mount.tilt, "rad")})
 
 
 def _named(recording: Recording, there: list[Stream], wanted: str, what: str) -> str:
@@ -143,11 +149,12 @@ def _named(recording: Recording, there: list[Stream], wanted: str, what: str) ->
     raise UserError(f"{recording.path}: no {what} stream {wanted!r}; there is: {_listed(tuple(there)) or 'none'}")
 
 
-def _largest(there: list[Stream], what: str, option: str, notes: list[str]) -> str:
+def _largest(there: list[Stream], what: str, option: str, notes: list[Finding]) -> str:
     by_count: Callable[[Stream], int] = lambda stream: stream.count or 0  # noqa: E731
     best = max(there, key=by_count)
     if len(there) > 1:
-        notes.append(f"{len(there)} {what} ({_listed(tuple(there))}): took {best.name}; choose with {option}")
+        text = f"{len(there)} {what} ({_listed(tuple(there))}): took {best.name}; choose with {option}"
+        notes.append(Finding("stream-chosen", text))
     return best.name
 
 

@@ -1,9 +1,7 @@
-"""The files that ``groma localize`` leaves; the report comes last, so that it is there only when all are."""
+"""The files that ``groma localize`` leaves beside what every run leaves."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,27 +9,22 @@ from numpy.typing import NDArray
 
 from groma.io.atomic import write_text
 from groma.io.landmarks import write_landmarks
-from groma.io.toml import to_toml
 from groma.io.trajectory import write_tum
 from groma.localized import Localized
 from groma.mapping import Landmarks
-from groma.report.localization_figures import localization_figures
-from groma.report.localization_report import localization_report
 
 Array = NDArray[np.float64]
 
 
-def save_localized(result: Localized, seen: Landmarks | None, run: Mapping[str, object], directory: Path) -> None:
-    """Write all files of a localized drive.
+def save_localized(result: Localized, seen: Landmarks | None, directory: Path) -> None:
+    """Write the files of a localized drive; those of poses and landmarks only where a pose was known.
 
     Parameters
     ----------
     result
         The drive; scans at which the pose was not known are left out of the trajectory.
     seen
-        What was seen on the way, in the frame of the map; None where no pose was known.
-    run
-        What made the result: see :func:`groma.io.results.run_record`.
+        What was seen on the way, in the frame of the map; None where that is nothing.
     directory
         Exists.
 
@@ -41,16 +34,14 @@ def save_localized(result: Localized, seen: Landmarks | None, run: Mapping[str, 
         When a file cannot be written; none is left half.
     """
     known = result.status != "lost"
+    write_text(directory / "quality.csv", _quality(result))
+    if not known.any():
+        return
     write_tum(directory / "trajectory.tum", result.stamps[known], result.poses[known])
     write_text(directory / "covariance.txt", covariance_text(result.stamps[known], result.covariances[known]))
-    write_text(directory / "quality.csv", _quality(result))
     write_text(directory / "stops.csv", _stops(result))
     if seen is not None:
         write_landmarks(directory / "landmarks.json", seen)
-    figures = localization_figures(result)
-    write_text(directory / "metrics.json", json.dumps(figures, indent=1, sort_keys=True) + "\n")
-    write_text(directory / "run.toml", to_toml(run))
-    write_text(directory / "report.html", localization_report(result, run))
 
 
 def covariance_text(stamps: Array, covariances: Array) -> str:

@@ -85,7 +85,9 @@ class NetworkRecording:
     notes: Notes = field(default_factory=Notes)
     """What the last pass left out."""
     cache: Path | None = None
-    """Folder in which detections in images are kept for the next time."""
+    """Folder in which detections in images were kept by an earlier run."""
+    keep: Path | None = None
+    """Folder in which they are kept for the next run."""
 
     def messages(self) -> Iterator[tuple[Odometry | Detection, int | None]]:
         """Yield odometry and detections, the latter with the number of their stop when it is known."""
@@ -98,8 +100,8 @@ class NetworkRecording:
         for message in odometry.messages():
             if isinstance(message, Odometry):
                 yield message, None
-        for line in odometry.notes.lines():
-            self.notes.assume(f"odometry: {line}")
+        for finding in odometry.notes.findings():
+            self.notes.take(replace(finding, text=f"odometry: {finding.text}"))
         if list(self.path.glob("detections.jsonl*")):
             yield from read_detections(_only(self.path, "detections.jsonl*"), self.notes)
         else:
@@ -124,8 +126,8 @@ class NetworkRecording:
             stamps = [_stamp(folder, name) for name in found.names]
             for detection in found.detections:
                 yield replace(detection, stamp=stamps[int(detection.stamp)]), None
-        if self.cache is not None:
-            cache.save()
+        if self.keep is not None:
+            cache.save(self.keep)
 
 
 def read_detections(path: Path, notes: Notes) -> Iterator[tuple[Detection, int | None]]:

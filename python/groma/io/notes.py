@@ -1,4 +1,4 @@
-"""What a reader met that a person should know: skipped, malformed, assumed. Nothing is dropped without being counted.
+"""What a reader met: skipped, malformed, assumed, as findings. Nothing is dropped without being counted.
 
 Counts belong to one pass over a recording; a new pass starts them anew. Assumptions belong to the recording and stay.
 """
@@ -6,7 +6,10 @@ Counts belong to one pass over a recording; a new pass starts them anew. Assumpt
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+
+from groma.findings import Finding
 
 KEPT = 5
 """Malformed records that are told one by one; the rest is only counted."""
@@ -14,9 +17,9 @@ KEPT = 5
 
 @dataclass(slots=True)
 class Notes:
-    """Counters and remarks, filled while a recording is read."""
+    """Counters and findings, filled while a recording is read."""
 
-    assumptions: list[str] = field(default_factory=list)
+    assumptions: list[Finding] = field(default_factory=list)
     """What the format leaves open and how it was taken."""
     skipped: Counter[str] = field(default_factory=Counter)
     """Records that are none of ours, by tag or type."""
@@ -48,27 +51,53 @@ class Notes:
         if len(self.examples) < KEPT:
             self.examples.append(f"{where}: {reason}")
 
-    def assume(self, text: str) -> None:
-        """Keep an assumption, once."""
-        if text not in self.assumptions:
-            self.assumptions.append(text)
+    def assume(self, text: str, code: str = "assumption") -> None:
+        """Keep what the format leaves open and how it was taken, once."""
+        self.take(Finding(code, text))
 
-    def lines(self) -> list[str]:
-        """Return everything as sentences, in a fixed order."""
-        told = list(self.assumptions)
-        told.extend(f"{stream}: {fence_post(excess)}" for stream, excess in self.angle_max_excess.items())
+    def take(self, finding: Finding) -> None:
+        """Keep a finding that belongs to the recording, once."""
+        if finding not in self.assumptions:
+            self.assumptions.append(finding)
+
+    def findings(self) -> list[Finding]:
+        """Return everything, in a fixed order."""
+        return [
+            *self.assumptions,
+            *self._beam_counts(),
+            *self._cut(),
+            *self._skipped(),
+            *self._readings(),
+            *self._bad(),
+        ]
+
+    def _beam_counts(self) -> Iterator[Finding]:
+        for stream, excess in self.angle_max_excess.items():
+            yield Finding("beam-count", f"{stream}: {fence_post(excess)}", values={"excess": (excess, "1")})
+
+    def _cut(self) -> Iterator[Finding]:
         if self.cut:
-            told.append(self.cut)
+            yield Finding("recording-cut", self.cut)
+
+    def _skipped(self) -> Iterator[Finding]:
         if self.skipped:
-            told.append("skipped: " + ", ".join(f"{n} x {tag}" for tag, n in sorted(self.skipped.items())))
+            yield _counted("records-skipped", "skipped", self.skipped)
+
+    def _readings(self) -> Iterator[Finding]:
         if self.beams:
-            told.append(
-                "readings that are no range: " + ", ".join(f"{n} {why}" for why, n in sorted(self.beams.items()))
-            )
+            yield _counted("readings-invalid", "readings that are no range", self.beams)
+
+    def _bad(self) -> Iterator[Finding]:
         if self.malformed:
-            told.append(f"malformed and left out: {self.malformed}")
-            told.extend(f"  {example}" for example in self.examples)
-        return told
+            told = "; ".join(self.examples)
+            more = f"; and {self.malformed - len(self.examples)} more" if self.malformed > len(self.examples) else ""
+            text = f"{self.malformed} malformed and left out: {told}{more}"
+            yield Finding("records-malformed", text, values={"count": (self.malformed, "1")})
+
+
+def _counted(code: str, what: str, counts: Counter[str]) -> Finding:
+    told = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
+    return Finding(code, f"{what}: {told}", values={"count": (counts.total(), "1")})
 
 
 def fence_post(excess: float) -> str:

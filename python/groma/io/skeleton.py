@@ -20,6 +20,7 @@ import numpy as np
 
 from groma.errors import UserError
 from groma.exploration import Edge, Graph, Node
+from groma.findings import Finding
 from groma.io.nav2_map import read_map
 from groma.io.thinning import AROUND, Cell, Mask, joined, shrunk, thinned
 
@@ -31,8 +32,8 @@ ROOM = 2.0
 """[m^2]"""
 
 
-def graph_of_map(path: Path) -> tuple[Graph, list[str]]:
-    """Return the ways of a nav2 map, and notes for a person on what was assumed and left out.
+def graph_of_map(path: Path) -> tuple[Graph, tuple[Finding, ...]]:
+    """Return the ways of a nav2 map, and what was assumed and left out.
 
     Raises
     ------
@@ -49,11 +50,13 @@ def graph_of_map(path: Path) -> tuple[Graph, list[str]]:
         raise UserError(f"{path}: no way of {SPUR} m was found in its free space: draw the graph by hand")
     whole = _graph(lines, cell, grid.origin)
     graph = _connected(whole)
-    notes = [f"every one of the {len(graph.nodes)} places bears a camera: say in graph.yaml where there is none"]
+    text = f"every one of the {len(graph.nodes)} places bears a camera: say in graph.yaml where there is none"
+    assumed = Finding("assumption", text)
     lost = len(whole.nodes) - len(graph.nodes)
-    if lost:
-        notes.append(f"{lost} places cannot be reached from the start with {NARROW} m on either side, and are left out")
-    return graph, notes
+    if not lost:
+        return graph, (assumed,)
+    text = f"{lost} places cannot be reached from the start with {NARROW} m on either side, and are left out"
+    return graph, (assumed, Finding("places-unreachable", text, values={"count": (lost, "1")}))
 
 
 def _coarse(free: Mask, factor: int) -> Mask:

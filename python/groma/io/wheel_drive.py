@@ -11,12 +11,15 @@ from dataclasses import dataclass, field, replace
 
 from groma.errors import UserError
 from groma.io.drive import Drive, open_drive
+from groma.io.left_out import left_out
 from groma.io.recording import Recording
 from groma.io.wheels import read_wheels
 from groma.models import LaserScan, Odometry
 from groma.vehicle import Vehicle, dead_reckoning
 
 STREAM = "wheels"
+_OF_VEHICLE = ("mount-unknown", "mount-found", "odometry-missing")
+"""What the vehicle file says: findings on it do not hold."""
 AHEAD = 1.0
 """Odometry is handed on this far ahead of a scan, so that it covers the sweep [s]."""
 
@@ -73,6 +76,10 @@ def open_wheel_drive(recording: Recording, vehicle: Vehicle, *, scans: str | Non
         STREAM,
         replace(drive.mount, x=x, y=y, yaw=yaw),
         mount_known=True,
-        notes=[*(note for note in drive.notes if "mounting" not in note), *wheels.notes],
+        notes=[
+            *(note for note in drive.notes if note.code not in _OF_VEHICLE),
+            *wheels.notes,
+            *left_out(wheels.skipped),
+        ],
         poses=[Odometry(t, STREAM, *pose) for t, pose in zip(stamps.tolist(), poses.tolist(), strict=True)],
     )

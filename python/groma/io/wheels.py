@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.errors import UserError
+from groma.findings import Finding
 from groma.io.recording import Recording
 from groma.io.streams import Kind
 from groma.models import JointState, Odometry
@@ -60,7 +61,8 @@ class Wheels:
     """(b, 2) times between which the readings do not hang together [s]."""
     skipped: Counter[str] = field(default_factory=Counter)
     """What was left out, by reason."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
+    """What was chosen and repaired."""
 
 
 def read_wheels(
@@ -89,14 +91,19 @@ def read_wheels(
     name, kind, notes = _stream(recording, model, stream)
     if kind is Kind.ODOMETRY:
         table, skipped = _odometry_table(recording, name, axle)
-        return _wheels(table, model, (), "rad", skipped, [*notes, _MADE_FROM_ODOMETRY.format(name, axle)])
+        return _wheels(
+            table,
+            model,
+            (),
+            "rad",
+            skipped,
+            [*notes, Finding("wheels-from-odometry", _MADE_FROM_ODOMETRY.format(name, axle))],
+        )
     columns, unit = _columns(recording, name)
     chosen = _joints(recording, name, columns, model, joints)
     if not joints:
-        notes.append(
-            f"joints of {name}: "
-            + ", ".join(f"{joint} ({what})" for joint, what in zip(chosen, JOINTS[model], strict=True))
-        )
+        told = ", ".join(f"{joint} ({what})" for joint, what in zip(chosen, JOINTS[model], strict=True))
+        notes.append(Finding("joints-chosen", f"joints of {name}: {told}"))
     table = _merged([columns[joint] for joint in chosen])
     return _wheels(table, model, chosen, unit, Counter(), notes)
 
@@ -122,7 +129,7 @@ def is_of_sensor(frame: str) -> bool:
     return any(word in frame.lower() for word in SENSOR_FRAMES)
 
 
-def _stream(recording: Recording, model: Model, wanted: str | None) -> tuple[str, Kind, list[str]]:
+def _stream(recording: Recording, model: Model, wanted: str | None) -> tuple[str, Kind, list[Finding]]:
     there = [s for s in recording.streams if s.kind in (Kind.JOINTS, Kind.ODOMETRY)]
     if wanted is not None:
         found = [s for s in there if s.name == wanted]
@@ -133,8 +140,8 @@ def _stream(recording: Recording, model: Model, wanted: str | None) -> tuple[str
     for kind in kinds:
         of_kind = sorted((s for s in there if s.kind is kind), key=lambda s: -(s.count or 0))
         if of_kind:
-            notes = [] if len(of_kind) == 1 else [f"several {kind} streams: {of_kind[0].name} taken; --wheels chooses"]
-            return of_kind[0].name, kind, notes
+            text = f"several {kind} streams: {of_kind[0].name} taken; --wheels chooses"
+            return of_kind[0].name, kind, [] if len(of_kind) == 1 else [Finding("stream-chosen", text)]
     raise UserError(f"{recording.path}: no wheels in it to calibrate a {model}: {_listed(there)}")
 
 
@@ -213,18 +220,20 @@ def _odometry_table(recording: Recording, stream: str, axle: float) -> tuple[Arr
 
 
 def _wheels(
-    table: Array, model: Model, joints: tuple[str, ...], unit: Unit, skipped: Counter[str], notes: list[str]
+    table: Array, model: Model, joints: tuple[str, ...], unit: Unit, skipped: Counter[str], notes: list[Finding]
 ) -> Wheels:
     table, late = _in_order(table, skipped)
     if late:
-        notes.append(f"{late} readings of the wheels came late and were sorted in")
+        text = f"{late} readings of the wheels came late and were sorted in"
+        notes.append(Finding("stamps-disordered", text, values={"count": (late, "1")}))
     if len(table) < 3:
         raise UserError(f"{len(table)} readings of the wheels are too few to calibrate by")
     counters = [1, 2] if model == "differential" else [1]
     for k in counters:
         if _rolls_over(table[:, k]):
             table[:, k] = np.unwrap(table[:, k])
-            notes.append(f"the angle of {joints[k - 1] if joints else 'a wheel'} jumps by whole turns: it was unrolled")
+            text = f"the angle of {joints[k - 1] if joints else 'a wheel'} jumps by whole turns: it was unrolled"
+            notes.append(Finding("wheels-unrolled", text))
     if model != "differential":
         table[:, 2] = np.arctan2(np.sin(table[:, 2]), np.cos(table[:, 2]))
     breaks = _breaks(table, counters, skipped)

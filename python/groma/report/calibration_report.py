@@ -10,8 +10,10 @@ from groma.io.toml import to_toml
 from groma.report import calibration_pictures as pictures
 from groma.report.calibration_figures import driven, shown_vehicle
 from groma.report.calibration_words import WORDS, amount, misfits, rows, verdict_words
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import angle, count, length, number
+from groma.runs.outcome import Outcome
 from groma.vehicle_calibration import CalibratedVehicle
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
@@ -27,23 +29,23 @@ FILES = {
 _DIRECTIONS = [("final", "dot", "forward"), ("tracked", "dot", "backward"), ("ink", "cross", "hardly counts")]
 
 
-def calibration_report(result: CalibratedVehicle, run: Mapping[str, object]) -> str:
+def calibration_report(result: CalibratedVehicle, outcome: Outcome) -> str:
     """Return the page.
 
     Parameters
     ----------
     result
         The calibration.
-    run
-        What goes into run.toml: `groma`, `input`, `settings`, ...
+    outcome
+        Verdict, findings and what goes into run.toml.
     """
-    source = run.get("input")
-    name = str(source["name"]) if isinstance(source, Mapping) else "no recording"
+    run, name = outcome.record, outcome.source
     over = Html(f"<header>\n{text('p', f'groma calibrate vehicle · {name}', 'over')}")
     body = [
         over,
-        text("h1", f"{verdict_words(result)}."),
+        text("h1", outcome.headline),
         Html(_key_facts(result) + "\n</header>"),
+        findings_section(outcome.findings),
         _parameters(result),
         _next(result),
         _misfit(result),
@@ -162,22 +164,12 @@ def _correlation(result: CalibratedVehicle) -> Html:
 
 
 def _reading(result: CalibratedVehicle) -> Html:
-    left_out = {key: n for key, n in result.data.counts.items() if n and key != "motions used"}
     outliers = int((~(result.found.weights >= 0.3)).sum())
-    notes = [*result.data.notes, *result.found.notes]
     told = (
         f"Motions come from the {result.data.source}. {count(outliers, 'motion').capitalize()} hardly counted, "
         "as outliers."
     )
-    parts = [text("p", told)]
-    parts.append(
-        table(["left out ", "number"], [[key, str(n)] for key, n in sorted(left_out.items())])
-        if left_out
-        else text("p", "Nothing was left out.")
-    )
-    if notes:
-        parts.append(Html("<ul>" + "".join(text("li", note) for note in notes) + "</ul>"))
-    return section("What was read, assumed and left out", *parts)
+    return section("What was read", text("p", told))
 
 
 def _paste(result: CalibratedVehicle) -> list[Html]:

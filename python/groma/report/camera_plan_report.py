@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import groma
 from groma.camera_plan import CameraPlan, Judged, Search, Stage, Stop
 from groma.io.toml import to_toml
 from groma.report.camera_plan_pictures import before_and_after, the_drive, the_gain
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import count, length, number, pixels, short
+from groma.runs.outcome import Outcome
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 _FILES = {
@@ -48,11 +50,11 @@ def plan_verdict(plan: CameraPlan, search: Search) -> str:
 
 
 def camera_plan_report(
-    stage: Stage, plan: CameraPlan, ranking: Sequence[Judged], search: Search, record: Mapping[str, object]
+    stage: Stage, plan: CameraPlan, ranking: Sequence[Judged], search: Search, outcome: Outcome
 ) -> str:
     """Return the page."""
     over = text("p", "groma plan camera", "over")
-    header = Html(f"<header>{over}{text('h1', plan_verdict(plan, search))}</header>")
+    header = Html(f"<header>{over}{text('h1', outcome.headline)}</header>")
     drive = [("final", "line", "the drive, a dot a look"), ("muted", "line", "ahead of the robot")]
     drive += [
         ("rejected", "bar", "foot of the camera"),
@@ -67,6 +69,7 @@ def camera_plan_report(
     parts = [
         header,
         facts(_facts(plan)),
+        findings_section(outcome.findings),
         figure(the_drive(stage, plan, search), "Circle: start, square: end.", drive),
         section("Drive by drive", _legs(plan)),
         section(
@@ -77,7 +80,7 @@ def camera_plan_report(
         section(
             "Files and settings",
             table(["file ", "what for "], _FILES.items()),
-            details("Settings, versions, input", text("pre", to_toml(record))),
+            details("Settings, versions, input", text("pre", to_toml(outcome.record))),
         ),
         Html("<footer>" + text("span", _FOOTER.format(groma.__version__)) + "</footer>"),
     ]

@@ -12,8 +12,10 @@ from groma.io.kalibr_camchain import holds
 from groma.io.toml import to_toml
 from groma.report import camera_pictures as pictures
 from groma.report.camera_figures import coverage, held_out_rms, tilt_spread, weak_direction
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import count, number, pixels
+from groma.runs.outcome import Outcome
 
 _FOOTER = "groma {}: the same images and settings give the same bytes."
 _ROWS = 40
@@ -21,12 +23,14 @@ DISHONEST = 1.5
 """Above this factor the claimed standard deviations are called too small."""
 
 
-def camera_report(name: str, found: CameraCalibration, sightings: Sightings, run: Mapping[str, object]) -> str:
+def camera_report(name: str, found: CameraCalibration, sightings: Sightings, outcome: Outcome) -> str:
     """Return the page."""
+    run = outcome.record
     title = f"groma calibrate camera · {name}"
-    header = Html(f"<header>\n{text('p', title, 'over')}\n{text('h1', verdict(found))}\n{_facts(found)}\n</header>")
+    header = Html(f"<header>\n{text('p', title, 'over')}\n{text('h1', outcome.headline)}\n{_facts(found)}\n</header>")
     body = [
         header,
+        findings_section(outcome.findings),
         _parameters(found),
         _projection(found),
         _residuals(found),
@@ -180,14 +184,9 @@ def _view(view: ViewFit, sightings: Sightings) -> list[str]:
 
 def _seen(found: CameraCalibration, sightings: Sightings) -> Html:
     told = [f"{count(len(sightings.names), 'image')} read, {count(len(sightings.empty), 'image')} without the target."]
-    if found.left_out:
-        told.append(f"{count(len(found.left_out), 'view')} left out: too few corners, or no pose explains them.")
     if (rms := held_out_rms(found)) is not None:
         told.append(f"Views that were held out fit to {pixels(rms)} (rms).")
-    rows = [[what, str(number)] for what, number in sightings.left_out.most_common() if number]
     parts = [text("p", " ".join(told))]
-    if rows:
-        parts.append(table(["left out by detection ", "number"], rows))
     if sightings.empty:
         parts.append(details("Images without the target", text("p", ", ".join(sightings.empty))))
     return section("What was seen and what was not", *parts)

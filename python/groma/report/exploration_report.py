@@ -14,8 +14,10 @@ from groma.io.toml import to_toml
 from groma.mapping import OccupancyGrid
 from groma.report.drawing import VARIABLES
 from groma.report.exploration_pictures import COLOURS, MARKS, the_progress, the_trade_off, the_walk
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import count, length, number
+from groma.runs.outcome import Outcome
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 _PLAN_FILES = {
@@ -43,7 +45,7 @@ def plan_report(
     graph: Graph,
     run: Run,
     tried: Tried | None,
-    record: Mapping[str, object],
+    outcome: Outcome,
     gif: bytes | None,
     grid: OccupancyGrid | None = None,
 ) -> str:
@@ -52,13 +54,9 @@ def plan_report(
     keys += [("rejected", "ring", "a camera's position, 2σ"), ("accepted", "dot", "where the robot ends")]
     progress = [("final", "line", "cameras found so far, root mean square"), ("odometry", "line", "the robot")]
     parts = [
-        Html(
-            "<header>"
-            + text("p", "groma plan exploration", "over")
-            + text("h1", verdict(graph, run, tried))
-            + "</header>"
-        ),
+        Html("<header>" + text("p", "groma plan exploration", "over") + text("h1", outcome.headline) + "</header>"),
         facts(_facts(run, tried)),
+        findings_section(outcome.findings),
         figure(the_walk(graph, run, grid), "The walk, and what it leaves uncertain.", keys),
         figure(
             the_progress(run), "The dashed line: all cameras are found; what follows lowers the uncertainty.", progress
@@ -69,18 +67,21 @@ def plan_report(
         parts.append(
             section("The drive", Html(f'<img alt="the drive as an animation" src="data:image/gif;base64,{source}">'))
         )
-    parts += [section("Stops", _stops(graph, run)), _files(record, gif is not None), _foot()]
+    parts += [section("Stops", _stops(graph, run)), _files(outcome.record, gif is not None), _foot()]
     return page("groma plan exploration", parts)
 
 
-def comparison_report(
-    curves: Sequence[Traded], matches: Sequence[Matched], graphs: int, record: Mapping[str, object]
-) -> str:
+def comparison_verdict(curves: Sequence[Traded], graphs: int) -> str:
+    """Return one sentence: what was compared."""
+    shown = len({point.strategy for point in curves})
+    strategies = f"{shown} strategies" if shown > 1 else "one strategy"
+    return f"Distance against accuracy of {strategies} in {count(graphs, 'building')}."
+
+
+def comparison_report(curves: Sequence[Traded], matches: Sequence[Matched], graphs: int, outcome: Outcome) -> str:
     """Return the page on a comparison of strategies."""
     shown = [s for s in COLOURS if any(point.strategy == s for point in curves)]
     keys = [(VARIABLES[COLOURS[s]], "dot" if s in MARKS else "line", s) for s in shown]
-    strategies = f"{len(shown)} strategies" if len(shown) > 1 else "one strategy"
-    title = f"Distance against accuracy of {strategies} in {count(graphs, 'building')}"
     note = "Lower and further left is better. Bands and bars: where the mean lies with 95 %."
     rows = [
         [
@@ -93,10 +94,11 @@ def comparison_report(
     ]
     head = ["strategy ", "λ [1/m]", "distance [m]", "±", "σ [m]", "±"]
     parts = [
-        Html("<header>" + text("p", "groma evaluate exploration", "over") + text("h1", title + ".") + "</header>"),
+        Html("<header>" + text("p", "groma evaluate exploration", "over") + text("h1", outcome.headline) + "</header>"),
+        findings_section(outcome.findings),
         figure(the_trade_off(curves), note, keys),
         section("The survey at the distance of each rule", _matched(matches, graphs)),
-        section("Figures", table(head, rows), details("Settings and versions", text("pre", to_toml(record)))),
+        section("Figures", table(head, rows), details("Settings and versions", text("pre", to_toml(outcome.record)))),
         _foot(),
     ]
     return page("groma evaluate exploration", parts)

@@ -23,6 +23,8 @@ from groma.evaluation.features import (
 from groma.features import defaults
 from groma.report import page
 from groma.report.drawing import FINAL, INK, LINE, MUTED, REJECTED, axes, drawn, sheet
+from groma.report.findings_section import findings_section
+from groma.runs.outcome import Outcome
 
 Tree = Mapping[str, object]
 
@@ -53,11 +55,12 @@ def feature_tables(found: Sequence[FeatureEvaluation]) -> str:
     return "\n\n".join([aligned(*counts), *(f"repeatability, keypoints predicted {text}" for text in titled)])
 
 
-def feature_report(found: Sequence[FeatureEvaluation], every: int) -> str:
+def feature_report(found: Sequence[FeatureEvaluation], every: int, outcome: Outcome) -> str:
     """Return a self-contained page."""
     counts, *ways = _tables(found)
     body = [
-        page.text("h1", "Repeatability of FALKO corners"),
+        page.text("h1", outcome.headline),
+        findings_section(outcome.findings),
         page.text("p", f"Thinned to 1 scan of {every}; pairs {LEAST_M:g} to {MOST_M:g} m apart within {WINDOW} scans."),
         page.table(*counts),
     ]

@@ -13,6 +13,8 @@ from typing import Any
 from groma.inspection import Inspection, OdometryStream, ScanStream, Timing
 from groma.io.notes import fence_post
 from groma.io.streams import Kind
+from groma.runs.outcome import finding_json
+from groma.runs.telling import in_order, line
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +64,8 @@ def sections(found: Inspection) -> Iterator[Section]:
             yield Section(title, [first, *rest])
     if found.drive:
         yield Section("A map would be made of", sentences=found.drive)
-    if found.notes:
-        yield Section("Notes", sentences=found.notes)
+    if found.findings:
+        yield Section("Findings", sentences=[line(finding) for finding in in_order(found.findings)])
     uses = [(use.command, "yes" if use.possible else "no", use.why) for use in found.uses]
     yield Section("Serves", [("command", "", ""), *uses])
 
@@ -80,7 +82,7 @@ def as_json(found: Inspection) -> dict[str, Any]:
         "joints": [{"stream": name, "names": list(names)} for name, names in found.joints.items()],
         "frames": [{"parent": p, "child": c, "static": static} for (p, c), static in found.edges.items()],
         "drive": found.drive,
-        "notes": found.notes,
+        "findings": [finding_json(finding) for finding in in_order(found.findings)],
         "uses": [{"command": use.command, "possible": use.possible, "why": use.why} for use in found.uses],
     }
 

@@ -9,9 +9,11 @@ import numpy as np
 from groma.io.toml import to_toml
 from groma.localized import Localized
 from groma.report import localization_pictures as pictures
+from groma.report.findings_section import findings_section
 from groma.report.localization_figures import localization_figures
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import angle, count, duration, length, number, place
+from groma.runs.outcome import Outcome
 
 ROWS = 60
 """Of a long table."""
@@ -30,30 +32,29 @@ FILES = {
 }
 
 
-def localization_report(result: Localized, run: Mapping[str, object]) -> str:
+def localization_report(result: Localized, outcome: Outcome) -> str:
     """Return the page.
 
     Parameters
     ----------
     result
         The localized drive.
-    run
-        What goes into run.toml: `groma`, `input`, `settings`, ...
+    outcome
+        Verdict, findings and what goes into run.toml.
     """
-    source = run.get("input")
-    name = str(source["name"]) if isinstance(source, Mapping) else "no recording"
-    title = f"groma localize · {name}"
-    over = Html(f"<header>\n{text('p', title, 'over')}\n{text('h1', localization_verdict(result))}")
+    run = outcome.record
+    title = f"groma localize · {outcome.source}"
+    over = Html(f"<header>\n{text('p', title, 'over')}\n{text('h1', outcome.headline)}")
     footer = f"groma {run.get('groma', '')}: the same input and settings give the same bytes."
     body = [
         over,
         Html(_key_facts(result) + "\n</header>"),
+        findings_section(outcome.findings),
         _map(result),
         _along(result),
         _honesty(result),
         _halts(result),
         _weak(result),
-        _reading(result),
         _files(run),
         Html(f"<footer>{text('p', footer)}</footer>"),
     ]
@@ -175,13 +176,6 @@ def _weak(result: Localized) -> Html:
         for spot in worst[:ROWS]
     ]
     return section("Where it is weak", table(["when", "at ", "σ", "why "], rows))
-
-
-def _reading(result: Localized) -> Html:
-    skipped = {key: value for key, value in result.counts.items() if "skip" in key and value}
-    rows = [[key.replace("_", " "), f"{value:.0f}"] for key, value in skipped.items()]
-    note = "Left out while reading:" if rows else "Nothing was left out."
-    return section("What was skipped", text("p", note), *([table(["what ", "number"], rows)] if rows else []))
 
 
 def _files(run: Mapping[str, object]) -> Html:

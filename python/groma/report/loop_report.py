@@ -15,6 +15,8 @@ from groma.recognition import STAGES, recognition_defaults
 from groma.report import page
 from groma.report.drawing import ACCEPTED, FINAL, INK, LINE, MUTED, REJECTED, TRACKED, axes, drawn, sheet
 from groma.report.feature_report import aligned
+from groma.report.findings_section import findings_section
+from groma.runs.outcome import Outcome
 
 Tree = Mapping[str, object]
 Table = tuple[list[str], list[list[str]]]
@@ -48,10 +50,11 @@ def loop_tables(found: Sequence[LoopEvaluation]) -> str:
     return "\n\n".join(f"{title}\n{aligned(*table)}" for title, table in _tables(found))
 
 
-def loop_report(found: Sequence[LoopEvaluation]) -> str:
+def loop_report(found: Sequence[LoopEvaluation], outcome: Outcome) -> str:
     """Return a self-contained page."""
     body = [
-        page.text("h1", "Loop closure by corners"),
+        page.text("h1", outcome.headline),
+        findings_section(outcome.findings),
         page.text(
             "p",
             f"A return: at most {NEAR_M:g} m from an earlier scan with {100 * COMMON:g} % of the hits in common view. "

@@ -11,8 +11,10 @@ from groma.io.toml import to_toml
 from groma.mapping import Closure, MapResult
 from groma.report import pictures
 from groma.report.figures import accepted, drift, node_sigmas, path_length, rejected
+from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
-from groma.report.words import angle, bearing, count, duration, length, number, place, strain, verdict
+from groma.report.words import angle, bearing, count, duration, length, number, place, strain
+from groma.runs.outcome import Outcome
 
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 
@@ -30,37 +32,33 @@ FILES = {
 }
 
 
-def map_report(result: MapResult, run: Mapping[str, object]) -> str:
+def map_report(result: MapResult, outcome: Outcome) -> str:
     """Return the page.
 
     Parameters
     ----------
     result
         The map.
-    run
-        What goes into run.toml: `groma`, `input`, `settings`, ...
+    outcome
+        Verdict, findings and what goes into run.toml.
     """
-    name = _input_name(run)
-    over = Html(f"<header>\n{text('p', f'groma map · {name}', 'over')}\n{text('h1', verdict(result))}")
+    name, run = outcome.source, outcome.record
+    over = Html(f"<header>\n{text('p', f'groma map · {name}', 'over')}\n{text('h1', outcome.headline)}")
     body = [
         over,
         Html(_key_facts(result) + "\n</header>"),
+        findings_section(outcome.findings),
         _map(result),
         _before_and_after(result),
         _drift(result),
         _closures(result),
         _weak(result),
         _uncertainty(result),
-        _reading(result),
+        _counts(result),
         _files(run),
         Html(f"<footer>{text('p', _FOOTER.format(run.get('groma', '')))}</footer>"),
     ]
     return page(f"groma map · {name}", body)
-
-
-def _input_name(run: Mapping[str, object]) -> str:
-    source = run.get("input")
-    return str(source["name"]) if isinstance(source, Mapping) else "no recording"
 
 
 def _key_facts(result: MapResult) -> Html:
@@ -207,19 +205,9 @@ def _uncertainty(result: MapResult) -> Html:
     return section("Are the uncertainties honest?", text("p", note), table(head, rows))
 
 
-def _reading(result: MapResult) -> Html:
-    skipped = {key: value for key, value in result.counts.items() if "skip" in key}
-    others = {key: value for key, value in result.counts.items() if key not in skipped}
-    total = sum(skipped.values())
-    note = "Nothing was left out." if total == 0 else "Left out while reading and tracking:"
-    parts = [text("p", note)]
-    if total:
-        parts.append(table(["what ", "number"], [[_words(k), _plain(v)] for k, v in skipped.items() if v]))
-    if others:
-        parts.append(
-            details("All counts", table(["what ", "number"], [[_words(k), _plain(v)] for k, v in others.items()]))
-        )
-    return section("What was skipped", *parts)
+def _counts(result: MapResult) -> Html:
+    rows = [[_words(key), _plain(value)] for key, value in result.counts.items()]
+    return section("What was read", details("All counts", table(["what ", "number"], rows)))
 
 
 def _files(run: Mapping[str, object]) -> Html:

@@ -10,9 +10,11 @@ from groma.camera import Camera
 from groma.camera_plan import Tried
 from groma.evaluation.motions import Varied, rms_band
 from groma.io.toml import to_toml
+from groma.report.findings_section import findings_section
 from groma.report.motions_pictures import LABELS, the_focal_length, the_worst_pixel
 from groma.report.page import Html, details, figure, page, section, table, text
 from groma.report.words import count, number, pixels, short
+from groma.runs.outcome import Outcome
 
 _FOOTER = "groma {}: the same settings give the same bytes."
 SHOWN = ("fx", "fy", "cx", "cy", "k1", "k2")
@@ -37,16 +39,17 @@ def by_pixels(tried: Mapping[str, Tried]) -> list[str]:
 
 
 def motions_report(
-    camera: Camera, tried: Mapping[str, Tried], studied: Sequence[Varied], runs: int, record: Mapping[str, object]
+    camera: Camera, tried: Mapping[str, Tried], studied: Sequence[Varied], runs: int, outcome: Outcome
 ) -> str:
     """Return the page."""
     over = text("p", "groma evaluate motions", "over")
     parts = [
-        Html(f"<header>{over}{text('h1', motions_verdict(tried, runs))}</header>"),
+        Html(f"<header>{over}{text('h1', outcome.headline)}</header>"),
+        findings_section(outcome.findings),
         section("What calibrations scatter", _deviations(camera, tried), text("p", _note(runs), "note")),
         section("By the worst pixel", _ranking(tried)),
         *([_study(studied)] if studied else []),
-        section("Settings", details("Settings and versions", text("pre", to_toml(record)))),
+        section("Settings", details("Settings and versions", text("pre", to_toml(outcome.record)))),
         Html("<footer>" + text("span", _FOOTER.format(groma.__version__)) + "</footer>"),
     ]
     return page("groma evaluate motions", parts)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from groma.io.toml import to_toml
 from groma.network import NetworkMap
 from groma.report import network_pictures as pictures
+from groma.report.findings_section import findings_section
 from groma.report.network_figures import (
     corner_chi_square,
     current,
@@ -15,9 +14,10 @@ from groma.report.network_figures import (
     sigma_position,
     sigma_rotation,
 )
-from groma.report.network_words import network_verdict, remedies, warnings, weak_directions
+from groma.report.network_words import remedies, weak_directions
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import angle, length, number
+from groma.runs.outcome import Outcome
 
 FILES = {
     "report.html": "this page",
@@ -33,22 +33,21 @@ FILES = {
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 
 
-def network_report(network: NetworkMap, run: Mapping[str, object]) -> str:
+def network_report(network: NetworkMap, outcome: Outcome) -> str:
     """Return the page.
 
     Parameters
     ----------
     network
         The map.
-    run
-        What goes into run.toml.
+    outcome
+        Verdict, findings and what goes into run.toml.
     """
-    source = run.get("input")
-    name = str(source["name"]) if isinstance(source, Mapping) else "no recording"
-    head = f"<header>\n{text('p', f'groma cameras map · {name}', 'over')}\n{text('h1', network_verdict(network))}"
+    run, name = outcome.record, outcome.source
+    head = f"<header>\n{text('p', f'groma cameras map · {name}', 'over')}\n{text('h1', outcome.headline)}"
     body = [
         Html(head + _facts(network) + "\n</header>"),
-        _warnings(network),
+        findings_section(outcome.findings),
         _in_space(network),
         _from_above(network),
         _cameras(network),
@@ -79,11 +78,6 @@ def _facts(network: NetworkMap) -> Html:
             ("corners, χ²/dof", number(corner_chi_square(network), 2)),
         ]
     )
-
-
-def _warnings(network: NetworkMap) -> Html:
-    found = warnings(network)
-    return section("Look after this", *[text("p", line) for line in found]) if found else Html("")
 
 
 def _in_space(network: NetworkMap) -> Html:

@@ -1,4 +1,4 @@
-"""What the map of a camera network means, in words: verdict, weak directions, warnings."""
+"""What the map of a camera network means, in words: verdict, weak directions, remedies."""
 
 from __future__ import annotations
 
@@ -7,15 +7,13 @@ import math
 import numpy as np
 
 from groma.network import MappedCamera, NetworkMap
-from groma.report.network_figures import corner_chi_square, current, odometry_error, sigma_position, sigma_rotation
+from groma.report.network_figures import current, odometry_error, sigma_position, sigma_rotation
 from groma.report.words import angle, count, length
 
 WEAK_SHARE = 3.0
 """A direction is weak when its sigma is so many times the next smaller one."""
 UNTOLD_SHARE = 0.9
 """The survey told nothing of a mount direction whose sigma it left at this share of the given one."""
-DISHONEST = 1.5
-"""Chi-square per degree of freedom from which on sigmas are called too small."""
 
 
 def network_verdict(network: NetworkMap) -> str:
@@ -34,41 +32,6 @@ def network_verdict(network: NetworkMap) -> str:
     if network.unseen:
         text += f"; not mapped: {', '.join(network.unseen)}"
     return text + "."
-
-
-def warnings(network: NetworkMap) -> list[str]:
-    """Return what a person should look after, worst first."""
-    found = []
-    if network.slipped:
-        found.append(
-            f"{network.slipped} cameras in turn seem moved. Cameras rarely move together: the odometry slipped or "
-            "jumped before. Leave that part of the drive out, or drive it again."
-        )
-    for name, old, new in network.moved:
-        if not network.slipped:
-            found.append(_moved(name, network.cameras[old], network.cameras[new]))
-    chi = corner_chi_square(network)
-    if chi > DISHONEST:
-        found.append(
-            f"Corners fit {math.sqrt(chi):.1f} times worse than their σ: all σ are too small by about that factor. "
-            "Check sizes and places of the panels in the target file, the cameras' calibration, and σ of the detector."
-        )
-    found += [
-        f"{camera.name}: its corners fit {math.sqrt(camera.chi_square_per_dof):.1f} times worse than their σ: "
-        "calibrate it again."
-        for camera in current(network)
-        if camera.chi_square_per_dof > 2 * max(chi, 1.0)
-    ]
-    chi_odometry, steps = network.residuals["odometry"]
-    if steps > 10 and chi_odometry / steps > DISHONEST:
-        found.append(
-            f"The odometry is {math.sqrt(chi_odometry / steps):.1f} times worse than its settings say: "
-            "raise those of [cameras.odometry]."
-        )
-    found += [f"{name}: never seen well enough to be placed." for name in network.unseen]
-    if not network.converged:
-        found.append("The batch did not converge: do not rely on this map.")
-    return found
 
 
 def weak_directions(network: NetworkMap) -> list[str]:
@@ -101,15 +64,6 @@ def _height(network: NetworkMap) -> str:
     return (
         "Height: a robot on a level floor cannot tell how high its target is (an uneven one tells a little). "
         f"All heights of cameras share its σ, {length(sigma)}."
-    )
-
-
-def _moved(name: str, old: MappedCamera, new: MappedCamera) -> str:
-    way = float(np.linalg.norm(new.pose[:3] - old.pose[:3]))
-    turn = 2 * math.acos(min(1.0, abs(float(new.pose[3:] @ old.pose[3:]))))
-    return (
-        f"{name} was moved during the survey, by {length(way)} and {angle(turn)}: it was mapped anew from then on, all "
-        "others were left as they are. Fasten it; what used its old pose must be told."
     )
 
 

@@ -79,6 +79,8 @@ catalogue! {
     MapMismatch "map-mismatch" Warning Some("mismatch"),
         "No landmark of the map was found again: map and drives seem to be of different places or frames.",
         "Check that the drives were localized in this map.";
+    GoalMissed "goal-missed" Error Some("goal-missed"),
+        "The plan does not reach what was asked for.", "Allow more, or ask for less, as the text says.";
     ToleranceMissed "tolerance-missed" Warning Some("go-on"),
         "The wanted accuracy is not reached yet.", "Drive on, as the text says.";
     // What the recording says.
@@ -113,6 +115,8 @@ catalogue! {
         "Messages came too late to be used and were left out.", "Set a larger lateness in the settings.";
     StampsInvalid "stamps-invalid" Warning None,
         "Messages were left out because of their stamps.", "Check the clocks of the sensors.";
+    ClocksDiffer "clocks-differ" Warning None,
+        "The times of two streams hardly overlap.", "Set the clocks of the sensors, and record them together.";
     ScansUnusable "scans-unusable" Warning None,
         "Scans could not be used and were left out.", "Check the scanner and its limits of range.";
     ScansWithoutPose "scans-without-pose" Warning None,
@@ -158,6 +162,12 @@ catalogue! {
         "A camera was never seen well enough to be placed.", "Drive the target past it.";
     CameraMoved "camera-moved" Warning None,
         "A camera moved during the survey.", "";
+    MessagesLost "messages-lost" Warning None,
+        "Messages of a sender never arrived.", "Check the network between sender and survey.";
+    PlacesUnreachable "places-unreachable" Warning None,
+        "Places of the building cannot be driven to and were left out.", "Check the map, or draw the graph by hand.";
+    ReferenceDrifts "reference-drifts" Warning None,
+        "The poses that judge come from odometry, which drifts.", "Give better poses with --poses.";
     ViewsLeftOut "views-left-out" Info None,
         "Images or views could not be used.", "";
     LimitReached "limit-reached" Warning None,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -44,13 +46,17 @@ class Link:
         return None
 
 
-def end_on_signal() -> threading.Event:
-    """Return an event that Ctrl-C or a request to terminate sets."""
+@contextmanager
+def end_on_signal() -> Iterator[threading.Event]:
+    """Yield an event that Ctrl-C or a request to terminate sets while the block lasts."""
     end = threading.Event()
 
     def handle(number: int, frame: FrameType | None) -> None:  # noqa: ARG001
         end.set()
 
-    for name in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(name, handle)
-    return end
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield end
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

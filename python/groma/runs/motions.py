@@ -1,0 +1,39 @@
+"""The run of drives tried out before a camera, into the folder of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import msgspec
+
+from groma.camera import Camera
+from groma.camera_plan import Stage, Tried, Tries
+from groma.evaluation.motions import Varied, study, try_motions
+from groma.report.motions_report import motions_report, motions_verdict, shares
+from groma.report.words import short
+from groma.runs.run import Run
+
+
+def try_motions_into(run: Run, stage: Stage, distance: float, tries: Tries, *, errors: bool) -> None:
+    """Try the drives that people use, also the error study where wanted; finish the run with them."""
+    with run.stage("drives") as show:
+        tried = try_motions(stage, distance, tries, lambda done, total: show(done, total=total))
+    studied: list[Varied] = []
+    if errors:
+        with run.stage("errors studied") as show:
+            studied = study(tries, lambda done, total: show(done, total=total))
+    for motion, found in tried.items():
+        named = shares(stage.camera, found, found.deviation).items()
+        told = "  ".join(f"{name} {short(share)} %" for name, share in named)
+        run.say(f"{motion:13} {told or 'refused: ' + (found.reason or '')}")
+    figures = _figures(stage.camera, tried, studied)
+    headline = motions_verdict(tried, tries.runs)
+    run.finish(figures, headline, lambda out: motions_report(stage.camera, tried, studied, tries.runs, out))
+
+
+def _figures(camera: Camera, tried: Mapping[str, Tried], studied: Sequence[Varied]) -> dict[str, object]:
+    return {
+        "parameters": list(camera.names),
+        "motions": {motion: msgspec.to_builtins(found) for motion, found in tried.items()},
+        "errors": [{"varied": p.what, "value": p.value, **msgspec.to_builtins(p.found)} for p in studied],
+    }
