@@ -1,7 +1,7 @@
 # The one list of what can be done here; CI and people call the same targets.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test test-slow lint fmt bench docs clean
+.PHONY: help setup build demo test test-slow test-portable lint fmt bench docs clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml pyproject.toml
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(VENV)/.tools: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { echo "groma needs Python >= 3.11: set PYTHON=..."; exit 1; }
@@ -38,6 +38,13 @@ test: build ## all quick tests: Rust, then Python
 test-slow: build ## the statistics that take minutes
 	cargo test --release --workspace --exclude groma-python -- --ignored
 	$(BIN)/pytest -m slow
+
+test-portable: build ## the quick tests as on processors without AVX-512, and without AVX2
+	@for hidden in avx512 avx2; do \
+	  CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER="$(BIN)/python $(CURDIR)/scripts/older_processor.py $$hidden" \
+	    cargo test --release --quiet --workspace --exclude groma-python || exit 1; \
+	  $(BIN)/python scripts/older_processor.py $$hidden $(BIN)/pytest -p no:faulthandler -m 'not slow' || exit 1; \
+	done
 
 lint: build ## every lint is an error
 	cargo fmt --all --check

@@ -125,7 +125,7 @@ def test_wheels_predict_with_the_calibration_considered() -> None:
             lambda: Localizer(reflectors(MARKS, 1.0), gait=0.9),  # type: ignore[call-arg]
             "unknown field `gait`",
         ),
-        (lambda: Localizer(reflectors(MARKS, 1.0), pose=(np.nan, 0.0, 0.0)), "the pose is not finite"),
+        (lambda: Localizer(reflectors(MARKS, 1.0), pose=(np.nan, 0.0, 0.0)), "x = NaN"),
         (lambda: Localizer(reflectors(MARKS, 1.0), calibration=np.eye(3)), r"must be \(8, 8\)"),
         (lambda: Relocalizer(reflectors(MARKS, 1.0), tolerance=-1.0), "tolerance = -1"),
         (lambda: Observations.make(0.0, [1.0], [0.0]), "either sigma or covariance"),

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import require, require_all
+
 Array = NDArray[np.float64]
 
 
@@ -68,6 +70,12 @@ class OccupancyGrid:
     cells: NDArray[np.int8]
     """(H, W): -1 unknown, 0 free, 100 occupied."""
 
+    def __post_init__(self) -> None:
+        require("resolution", "resolution", self.resolution)
+        require_all("coordinate", "origin", self.origin)
+        require("cells", "cells", self.cells.size)
+        require_all("coordinate", "extent", [side * self.resolution for side in self.cells.shape])
+
 
 @dataclass(frozen=True, slots=True)
 class Landmarks:
@@ -87,6 +95,11 @@ class Landmarks:
     """(L,) scans in which it was detected."""
     visible: NDArray[np.int64]
     """(L,) scans in which it was in view."""
+
+    def __post_init__(self) -> None:
+        require_all("coordinate", "position", self.positions)
+        require_all("variance", "covariance", self.covariances)
+        require_all("angle", "orientation", self.orientations, or_nan=True)
 
 
 @dataclass(frozen=True, slots=True)

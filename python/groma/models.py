@@ -1,6 +1,8 @@
 """What a recording is made of: frozen values, SI units, radians, stamps in seconds.
 
-Poses are ``T_parent_child``. Readers normalise to these; nothing else in groma knows a file format.
+Poses are ``T_parent_child``. Readers normalise to these; nothing else in groma knows a file format. None can be built
+with a number that is not finite or out of its bound: the constructor raises ``groma.bounds.OutOfRangeError``, which
+names the field and the value.
 """
 
 from __future__ import annotations
@@ -10,6 +12,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from groma.bounds import require, require_all
 
 Array = NDArray[np.float64]
 
@@ -26,6 +30,13 @@ class BeamGeometry:
     range_max: float
     """A reading is a hit iff it is finite and ``range_min <= r <= range_max``."""
 
+    def __post_init__(self) -> None:
+        require("angle_min", "angle_min", self.angle_min)
+        require("angle_step", "size of angle_increment", abs(self.angle_increment))
+        require("time_increment", "time_increment", self.time_increment)
+        require("range", "range_min", self.range_min)
+        require("range", "range_max", self.range_max)
+
 
 @dataclass(frozen=True, slots=True)
 class LaserScan:
@@ -41,6 +52,10 @@ class LaserScan:
     """Metres; ``+inf`` = no return, NaN = invalid."""
     intensities: Array = field(default_factory=lambda: np.empty(0))
 
+    def __post_init__(self) -> None:
+        require("stamp", "stamp", self.stamp)
+        require("beams", "beams", len(self.ranges))
+
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
@@ -53,6 +68,12 @@ class Odometry:
     theta: float
     frame: str = "odom"
     child_frame: str = "base_link"
+
+    def __post_init__(self) -> None:
+        require("stamp", "stamp", self.stamp)
+        require("coordinate", "x", self.x)
+        require("coordinate", "y", self.y)
+        require("angle", "theta", self.theta)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +88,11 @@ class JointState:
     unit: Literal["rad", "tick"] = "rad"
     """Of the positions: counts where nobody knows how many make a turn."""
 
+    def __post_init__(self) -> None:
+        require("stamp", "stamp", self.stamp)
+        require_all("joint", "positions", self.positions, or_nan=True)
+        require_all("joint", "velocities", self.velocities, or_nan=True)
+
 
 @dataclass(frozen=True, slots=True)
 class Transform:
@@ -80,6 +106,11 @@ class Transform:
     quaternion: tuple[float, float, float, float]
     """x, y, z, w."""
     static: bool = False
+
+    def __post_init__(self) -> None:
+        require("stamp", "stamp", self.stamp)
+        for value in (*self.translation, *self.quaternion):
+            require("coordinate", f"transform {self.parent} -> {self.child}", value)
 
 
 Message = LaserScan | Odometry | JointState | Transform

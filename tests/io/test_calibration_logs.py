@@ -41,7 +41,7 @@ def test_wrong_counts_per_turn_are_told(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("#kinematic_model: x\n#joints_max_enc_values: 0 5000\n" + encoder_line(1, 2, 3, 0))
     opened = open_recording(tmp_path / "a")
     assert len(list(opened.messages())) == 3
-    assert "above 0" in opened.notes.examples[0]
+    assert "counts per turn = 0" in opened.notes.examples[0]
 
 
 def test_tuples_are_put_one_after_the_other(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -14,23 +15,28 @@ from groma.errors import UserError
 from groma.io.recording import open_recording, write_recording
 from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
-NUMBER = st.floats(allow_nan=False, width=64)
+NUMBER = st.floats(-1e7, 1e7)
 STAMP = st.floats(0, 2e9)
 NAME = st.text(
     st.characters(codec="utf-8", exclude_characters=",\r\n", exclude_categories=["Cc", "Zs", "Cs"]), min_size=1
 )
-GEOMETRY = st.builds(BeamGeometry, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER)
+STEP = st.floats(1e-6, 3.0) | st.floats(-3.0, -1e-6)
+GEOMETRY = st.builds(BeamGeometry, st.floats(-10, 10), STEP, st.floats(-1, 1), st.floats(0, 1e3), st.floats(0, 1e4))
 
 
 def arrays(n: int) -> st.SearchStrategy[Any]:
     return st.lists(st.floats(), min_size=n, max_size=n).map(np.array)
 
 
+def positions(n: int) -> st.SearchStrategy[Any]:
+    return st.lists(st.floats(-1e15, 1e15) | st.just(math.nan), min_size=n, max_size=n).map(np.array)
+
+
 SCAN = st.integers(1, 5).flatmap(
     lambda n: st.builds(LaserScan, STAMP, NAME, NAME, GEOMETRY, arrays(n), st.one_of(arrays(n), arrays(0)))
 )
 JOINTS = st.integers(0, 3).flatmap(
-    lambda n: st.builds(JointState, STAMP, NAME, st.tuples(*[NAME] * n), arrays(n), arrays(n))
+    lambda n: st.builds(JointState, STAMP, NAME, st.tuples(*[NAME] * n), positions(n), positions(n))
 )
 POINT, TURN = st.tuples(*[NUMBER] * 3), st.tuples(*[NUMBER] * 4)
 MESSAGE = st.one_of(

@@ -69,7 +69,7 @@ def test_unknown_tags_are_skipped_with_one_warning_each(tmp_path: Path) -> None:
         ("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n", "in the plane"),
         ("VERTEX_SE2 0 0 0\n", "g.g2o:1: VERTEX_SE2 has 3 fields, expected 4"),
         ("VERTEX_SE2 a 0 0 0\n", "a is no vertex id"),
-        ("VERTEX_SE2 0 0 nan 0\n", "NaN"),
+        ("VERTEX_SE2 0 0 nan 0\n", "g.g2o:1: VERTEX_SE2 x, y, theta.1. = nan"),
         ("VERTEX_SE2 0 0 zero 0\n", "g.g2o:1: not a number: 'zero'"),
         ("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 0 0 0 0\n", "g.g2o:2: vertex 0 comes twice"),
         ("VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 9 0 0 0 1 0 0 1 0 1\n", "g.g2o:2: EDGE_SE2 to vertex 9"),

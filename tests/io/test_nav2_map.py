@@ -14,7 +14,8 @@ CELLS = np.array([[-1, 0, 100, 0], [100, 100, -1, 0], [0, 0, 0, -1]], dtype=np.i
 
 
 @pytest.mark.parametrize(
-    ("resolution", "origin"), [(0.0125, (-12.345678901234, 1 / 3)), (0.05, (1e-5, -3.5527e-15)), (1.0, (0.0, 1e17))]
+    ("resolution", "origin"),
+    [(0.0125, (-12.345678901234, 1 / 3)), (0.05, (1e-5, -3.5527e-15)), (1.0, (0.0, 9.8765e6))],
 )
 def test_round_trip_is_exact(tmp_path: Path, resolution: float, origin: tuple[float, float]) -> None:
     path = tmp_path / "map.yaml"

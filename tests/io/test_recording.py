@@ -138,3 +138,23 @@ def test_shared_scan_counts_are_those_of_the_catalogue(shared: Path) -> None:
         scans = [m for m in open_recording(shared / "data" / name).messages() if isinstance(m, LaserScan)]
         assert (len(scans), len(scans[0].ranges)) == (count, beams), name
         assert not any(np.nanmax(s.ranges[np.isfinite(s.ranges)], initial=0) > 55 for s in scans), name
+
+
+def test_messages_that_no_sensor_gives_are_left_out_counted_and_named(tmp_path: Path) -> None:
+    lines = [
+        "GEOMETRY,/scan,-1,0.01,0,0.1,30\n",
+        "SCAN,1,/scan,laser,2,1.0,2.0\n",
+        "ODOM,1,/odom,odom,base_link,nan,0,0\n",
+        "ODOM,2,/odom,odom,base_link,1e300,0,0\n",
+        "ODOM,inf,/odom,odom,base_link,0,0,0\n",
+        "TF,1,/tf,base_link,laser,1,nan,0,0,0,0,0,1\n",
+        "GEOMETRY,/scan,-1,nan,0,0.1,30\n",
+        "SCAN,2,/scan,laser,2,1.0,2.0\n",
+        "ODOM,3,/odom,odom,base_link,3,0,0\n",
+    ]
+    recording, messages = read(text(tmp_path / "a.csv", lines))
+    assert [message.stamp for message in messages] == [1.0, 3.0]
+    assert recording.notes.malformed == 6
+    told = recording.notes.examples
+    assert told[0] == "a.csv:3: ODOM: x = nan: must be within 1e7 m of the origin"
+    assert [example.split(":")[1] for example in told] == ["3", "4", "5", "6", "7"]

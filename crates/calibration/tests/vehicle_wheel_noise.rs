@@ -112,7 +112,7 @@ impl Cell {
         let names = found[0].layout.names();
         let mean = |f: &dyn Fn(usize) -> f64| (0..found.len()).map(f).sum::<f64>() / found.len() as f64;
         let (mut ratio, mut coverage) = (Vec::new(), Vec::new());
-        for k in 0..names.len() {
+        for (k, _) in names.iter().enumerate() {
             let claimed = |j: usize| found[j].covariance[(k, k)];
             let width = |j: usize| stopping::factor(0.95, Some(found[j].dof), 1) * claimed(j).sqrt();
             let bias = mean(&|j| errors[j][k]);

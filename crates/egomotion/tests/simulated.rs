@@ -4,6 +4,7 @@
 
 use groma_egomotion::{Motion, Station, Stations, Verdict};
 use groma_geometry::Se2;
+use groma_models::Token;
 use groma_simulation::calibration::{CalibrationDrive, CalibrationScenario, Drivetrain, Program};
 use groma_simulation::simulate_calibration;
 
@@ -16,7 +17,7 @@ const TRICYCLE: Drivetrain = Drivetrain::Tricycle {
 };
 
 fn measured(scenario: &CalibrationScenario, stations: Vec<Station>) -> (CalibrationDrive, Vec<Motion>) {
-    let drive = simulate_calibration(scenario).unwrap();
+    let drive = simulate_calibration(scenario, &Token::new()).unwrap();
     let mut follower = Stations::new(stations);
     for scan in &drive.scans {
         follower.push(scan.clone()).unwrap();
@@ -78,7 +79,7 @@ fn arcs_of_half_a_turn_are_measured_between_standstills() {
             *angles = 2;
         }
         scenario.scanner.period = 0.2;
-        let stations = standstills(&simulate_calibration(&scenario).unwrap());
+        let stations = standstills(&simulate_calibration(&scenario, &Token::new()).unwrap());
         assert_eq!(stations.len(), 9);
         let (drive, motions) = measured(&scenario, stations);
         assert!(motions.iter().all(|m| m.verdict == Verdict::Good));

@@ -16,6 +16,7 @@ use crate::relocalize::Relocalizer;
 use crate::search::Search;
 use groma_geometry::Se2;
 use groma_models::LandmarkMap;
+use groma_models::bounds::{COORDINATE, STAMP, VARIANCE};
 use nalgebra::{Matrix3, SMatrix, Vector2};
 use std::sync::Arc;
 
@@ -75,7 +76,7 @@ impl Localizer {
         options.validate()?;
         let map = StaticMap::new(map)?;
         let mount = start.mount.to_vector();
-        if !(start.stamp.is_finite() && mount.iter().all(|v| v.is_finite())) {
+        if !(STAMP.holds(start.stamp) && mount.iter().all(|v| COORDINATE.holds(*v))) {
             return Err(Error::Unusable { what: "the time of the start or the mount of the laser" });
         }
         if start.calibration.as_ref().is_some_and(|c| !is_covariance(c)) {
@@ -125,8 +126,8 @@ impl Localizer {
         if stamp.is_nan() || stamp < before {
             return Err(Error::TimeGoesBack { stamp, before });
         }
-        let finite = motion.motion.to_vector().iter().chain(motion.by_drive.iter()).all(|v| v.is_finite());
-        if !(finite && stamp.is_finite() && is_covariance(&motion.covariance)) {
+        let sane = motion.motion.to_vector().iter().chain(motion.by_drive.iter()).all(|v| COORDINATE.holds(*v));
+        if !(sane && STAMP.holds(stamp) && is_covariance(&motion.covariance)) {
             return Err(Error::Unusable { what: "the motion" });
         }
         self.joint.predict(&Motion { covariance: motion.covariance * self.motion_factor, ..*motion });
@@ -240,13 +241,13 @@ fn unknown() -> Matrix3<f64> {
 }
 
 fn check_pose(pose: &Se2, covariance: &Matrix3<f64>) -> Result<(), Error> {
-    let finite = pose.to_vector().iter().all(|v| v.is_finite());
-    if finite && is_covariance(covariance) { Ok(()) } else { Err(Error::Unusable { what: "the pose" }) }
+    let sane = pose.to_vector().iter().all(|v| COORDINATE.holds(*v));
+    if sane && is_covariance(covariance) { Ok(()) } else { Err(Error::Unusable { what: "the pose" }) }
 }
 
 /// Whether a matrix is finite, symmetric and has no negative variance.
 fn is_covariance<const N: usize>(c: &SMatrix<f64, N, N>) -> bool {
     let scale = c.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let symmetric = (c - c.transpose()).iter().all(|v| v.abs() <= 1e-9 * scale);
-    c.iter().all(|v| v.is_finite()) && symmetric && (0..N).all(|i| c[(i, i)] >= 0.0)
+    c.iter().all(|v| VARIANCE.holds(*v)) && symmetric && (0..N).all(|i| c[(i, i)] >= 0.0)
 }

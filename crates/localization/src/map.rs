@@ -1,6 +1,7 @@
 //! The static map as the filter asks it.
 
 use crate::point_index::PointIndex;
+use groma_models::bounds::{COORDINATE, VARIANCE};
 use groma_models::{Landmark, LandmarkMap};
 use nalgebra::Vector2;
 use thiserror::Error;
@@ -35,11 +36,11 @@ impl StaticMap {
     pub fn new(map: LandmarkMap) -> Result<Self, InvalidMap> {
         for (index, landmark) in map.landmarks.iter().enumerate() {
             let c = &landmark.covariance;
-            if !landmark.position.iter().all(|v| v.is_finite()) {
+            if !landmark.position.iter().all(|v| COORDINATE.holds(*v)) {
                 return Err(InvalidMap::Position { index });
             }
             let symmetric = (c.m12 - c.m21).abs() <= 1e-9 * (c.m11.abs() + c.m22.abs());
-            if !(symmetric && c.m11 > 0.0 && c.determinant() > 0.0 && c.sum().is_finite()) {
+            if !(symmetric && c.m11 > 0.0 && c.determinant() > 0.0 && c.iter().all(|v| VARIANCE.holds(*v))) {
                 return Err(InvalidMap::Covariance { index });
             }
         }

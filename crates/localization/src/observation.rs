@@ -1,6 +1,7 @@
 //! A landmark as one beam of a scan saw it.
 
 use groma_models::LandmarkKind;
+use groma_models::bounds::{ANGLE, RANGE, STAMP, VARIANCE};
 use nalgebra::{Matrix2, Vector2};
 
 /// A corner or reflector in polar coordinates of the laser.
@@ -40,13 +41,14 @@ impl Observation {
         }
     }
 
-    /// Whether every number is finite, the range above zero and the covariance positive definite.
+    /// Whether every number is within the bounds of [`groma_models::bounds`], the range above zero and the covariance positive definite.
     #[must_use]
     pub fn is_usable(&self) -> bool {
         let (r, c) = (self.polar.x, &self.covariance);
-        let finite = self.stamp.is_finite() && self.polar.sum().is_finite() && c.sum().is_finite();
+        let sane = STAMP.holds(self.stamp) && RANGE.holds(r) && ANGLE.holds(self.polar.y);
+        let known = c.iter().all(|v| VARIANCE.holds(*v));
         let asymmetry = (c.m12 - c.m21).abs();
-        finite && r > 0.0 && c.m11 > 0.0 && c.determinant() > 0.0 && asymmetry <= 1e-9 * (c.m11 * c.m22).sqrt()
+        sane && known && r > 0.0 && c.m11 > 0.0 && c.determinant() > 0.0 && asymmetry <= 1e-9 * (c.m11 * c.m22).sqrt()
     }
 }
 

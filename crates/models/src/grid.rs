@@ -1,5 +1,7 @@
 //! An occupancy grid: square cells, row 0 at the bottom, x to the right.
 
+use crate::bounds::{CELLS, COORDINATE, RESOLUTION};
+use crate::error::{ModelError, require};
 use nalgebra::Vector2;
 
 /// What is known of a cell.
@@ -29,6 +31,22 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// Refuses a grid that covers nothing on earth.
+    ///
+    /// # Errors
+    /// Resolution, origin or number of cells out of bounds; cells that are not as many as its sides say.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        RESOLUTION.check("resolution", self.resolution)?;
+        COORDINATE.check("origin.x", self.origin.x)?;
+        COORDINATE.check("origin.y", self.origin.y)?;
+        CELLS.check("cells", self.width as f64 * self.height as f64)?;
+        let (width, height) = (self.width as f64 * self.resolution, self.height as f64 * self.resolution);
+        COORDINATE.check("width", width)?;
+        COORDINATE.check("height", height)?;
+        let count = self.cells.len();
+        require("cells", count as f64, count == self.width * self.height, "must be as many as width times height")
+    }
+
     /// Column and row of the cell that holds a point, if the grid covers it.
     #[must_use]
     pub fn index_of(&self, p: Vector2<f64>) -> Option<(usize, usize)> {

@@ -4,6 +4,8 @@
 //! `stamp + i * time_increment` (the ROS convention: the stamp is that of the first beam). A reading is a hit iff it is
 //! finite and `range_min <= r <= range_max`; a reader writes `+inf` where its format says "no return".
 
+use crate::bounds::{ANGLE_MIN, ANGLE_STEP, BEAMS, RANGE, STAMP, TIME_INCREMENT};
+use crate::error::ModelError;
 use nalgebra::Vector2;
 
 /// Where the beams of a scanner point and what they can measure. Equal for all scans of one scanner.
@@ -41,6 +43,18 @@ impl BeamGeometry {
         self.angle_min + i as f64 * self.angle_increment
     }
 
+    /// Refuses what no scanner has.
+    ///
+    /// # Errors
+    /// A field that is not finite or out of its bound, or a step between beams of 0.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        ANGLE_MIN.check("angle_min", self.angle_min)?;
+        ANGLE_STEP.check("size of angle_increment", self.angle_increment.abs())?;
+        TIME_INCREMENT.check("time_increment", self.time_increment)?;
+        RANGE.check("range_min", self.range_min)?;
+        RANGE.check("range_max", self.range_max)
+    }
+
     /// Whether a reading is a hit.
     #[must_use]
     #[inline(always)]
@@ -56,6 +70,16 @@ impl LaserScan {
             let (s, c) = self.geometry.bearing(i).sin_cos();
             (i, Vector2::new(r * c, r * s))
         })
+    }
+
+    /// Refuses a scan that no scanner gives; readings may be anything, those that are no hit do not count.
+    ///
+    /// # Errors
+    /// A stamp or a field of the geometry out of its bound, no beam or too many.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        STAMP.check("stamp", self.stamp)?;
+        BEAMS.check("beams", self.ranges.len() as f64)?;
+        self.geometry.validate()
     }
 
     /// Time of beam `i` [s].

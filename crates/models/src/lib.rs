@@ -1,5 +1,12 @@
 //! The nouns of the system: values that every other crate reads and none changes behind another's back.
+//!
+//! What numbers they may hold stands once, in [`bounds`]. A [`Vehicle`] and a [`Camera`] can only be built finite and in
+//! range. Scans, odometry and grids are plain values that the estimators write by the thousand; what comes in from outside
+//! passes their `validate` first, at every border: the constructors of the Python values, the bindings, and the stage that
+//! orders the messages of a pipeline. Each names the field and the value. A landmark map is checked by the localizer that is
+//! made of it.
 
+pub mod bounds;
 pub mod camera;
 pub mod differential;
 pub mod drive;

@@ -1,5 +1,7 @@
 //! Planar odometry: poses of the vehicle in a frame that drifts but never jumps on its own account.
 
+use crate::bounds::{COORDINATE, STAMP};
+use crate::error::ModelError;
 use groma_geometry::Se2;
 
 /// One odometry reading: the vehicle in the odometry frame.
@@ -11,6 +13,19 @@ pub struct Odometry {
     pub pose: Se2,
 }
 
+impl Odometry {
+    /// Refuses a reading that no vehicle gives.
+    ///
+    /// # Errors
+    /// A stamp or a coordinate that is not finite or out of its bound.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        STAMP.check("stamp", self.stamp)?;
+        COORDINATE.check("x", self.pose.x())?;
+        COORDINATE.check("y", self.pose.y())?;
+        COORDINATE.check("theta", self.pose.theta())
+    }
+}
+
 /// Odometry readings in strictly rising order of time.
 #[derive(Clone, Debug, Default)]
 pub struct OdometryTrack {
@@ -18,11 +33,10 @@ pub struct OdometryTrack {
 }
 
 impl OdometryTrack {
-    /// Appends a reading; returns false and keeps nothing if its time does not rise or its pose is not finite.
+    /// Appends a reading; returns false and keeps nothing if its time does not rise or it is not valid.
     pub fn push(&mut self, reading: Odometry) -> bool {
         let late = self.readings.last().is_some_and(|last| reading.stamp <= last.stamp);
-        let finite = reading.stamp.is_finite() && reading.pose.to_vector().iter().all(|v| v.is_finite());
-        if late || !finite {
+        if late || reading.validate().is_err() {
             return false;
         }
         self.readings.push(reading);
@@ -62,7 +76,9 @@ mod tests {
         let mut track = OdometryTrack::default();
         assert!(track.at(0.0).is_none());
         assert!(track.push(reading(1.0, 0.0)) && track.push(reading(2.0, 1.0)));
-        assert!(!track.push(reading(2.0, 5.0)) && !track.push(reading(3.0, f64::NAN)));
+        assert!(
+            !track.push(reading(2.0, 5.0)) && !track.push(reading(3.0, f64::NAN)) && !track.push(reading(3.0, 1e200))
+        );
         for (t, x) in [(0.0, 0.0), (1.0, 0.0), (1.25, 0.25), (2.0, 1.0), (9.0, 1.0)] {
             assert!((track.at(t).unwrap().x() - x).abs() < 1e-15);
         }

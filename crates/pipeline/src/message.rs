@@ -1,8 +1,10 @@
-//! What a pipeline is fed with. A message can only be built finite: the constructor names the field and its value.
+//! What a pipeline is fed with. [`Message::validate`] names the first field that is not finite or out of the bounds of
+//! [`groma_models::bounds`], and its value; the stage that orders messages lets none pass that is not valid.
 //!
 //! Kinds that no pipeline uses yet (IMU, timed transforms) are reserved: machines pass them over.
 
 use groma_geometry::Se2;
+use groma_models::bounds::{ANGLE, Bound, COORDINATE, JOINT, PIXEL, STAMP, VARIANCE};
 use groma_models::{LaserScan, ModelError, Odometry};
 use nalgebra::{Matrix3, Vector3};
 
@@ -109,6 +111,26 @@ impl Message {
         }
     }
 
+    /// Refuses a message that no sensor gives.
+    ///
+    /// # Errors
+    /// The first field that is not finite or out of its bound, by name and value.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        STAMP.check("stamp", self.stamp())?;
+        match self {
+            Self::Scan { scan, .. } => scan.validate(),
+            Self::Odometry(m) => m.validate(),
+            Self::Wheels(m) => all(&JOINT, "position", m.positions.iter().map(|(_, position)| *position)),
+            Self::Imu(m) => all(&JOINT, "imu", m.angular_velocity.iter().chain(&m.linear_acceleration).copied()),
+            Self::Detections(m) => all(&PIXEL, "corner", m.corners.iter().flat_map(|&(_, u, v, sigma)| [u, v, sigma])),
+            Self::StartPose(m) => {
+                within("pose", &m.pose)?;
+                all(&VARIANCE, "covariance", m.covariance.iter().copied())
+            }
+            Self::Transform(m) => within("pose", &m.pose),
+        }
+    }
+
     /// What the message is called where it is counted.
     #[must_use]
     pub fn kind(&self) -> &'static str {
@@ -142,24 +164,58 @@ impl WheelReading {
     /// Checks a reading.
     ///
     /// # Errors
-    /// A stamp or position that is not finite.
+    /// A stamp or position that is not finite or out of its bound.
     pub fn new(stamp: f64, positions: Vec<(usize, f64)>) -> Result<Self, ModelError> {
-        finite("stamp", stamp)?;
-        for (_, position) in &positions {
-            finite("position", *position)?;
-        }
+        STAMP.check("stamp", stamp)?;
+        all(&JOINT, "position", positions.iter().map(|(_, position)| *position))?;
         Ok(Self { stamp, positions })
     }
 }
 
-/// A number, or an error that names it.
-///
-/// # Errors
-/// When it is NaN or infinite.
-pub fn finite(name: &'static str, value: f64) -> Result<f64, ModelError> {
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(ModelError::Setting { name, value, rule: "must be a finite number" })
+fn all(bound: &Bound, field: &'static str, mut values: impl Iterator<Item = f64>) -> Result<(), ModelError> {
+    values.try_for_each(|value| bound.check(field, value))
+}
+
+fn within(field: &'static str, pose: &Se2) -> Result<(), ModelError> {
+    all(&COORDINATE, field, [pose.x(), pose.y()].into_iter())?;
+    ANGLE.check(field, pose.theta())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_models::BeamGeometry;
+
+    const WRONG: [f64; 5] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300];
+
+    fn refused(message: Message) -> bool {
+        message.validate().is_err()
+    }
+
+    #[test]
+    fn no_field_of_a_message_takes_what_is_not_finite_or_absurd() {
+        let geometry =
+            BeamGeometry { angle_min: 0.0, angle_increment: 0.1, time_increment: 0.0, range_min: 0.1, range_max: 9.0 };
+        let scan = |stamp, geometry| Message::Scan {
+            scanner: 0,
+            scan: LaserScan { stamp, geometry, ranges: vec![1.0; 9], intensities: vec![] },
+        };
+        assert!(!refused(scan(1.0, geometry)));
+        for bad in WRONG {
+            assert!(refused(scan(bad, geometry)));
+            assert!(refused(scan(0.0, BeamGeometry { angle_min: bad, ..geometry })));
+            assert!(refused(scan(0.0, BeamGeometry { angle_increment: bad, ..geometry })));
+            assert!(refused(scan(0.0, BeamGeometry { time_increment: bad, ..geometry })));
+            assert!(refused(scan(0.0, BeamGeometry { range_min: bad, ..geometry })));
+            assert!(refused(scan(0.0, BeamGeometry { range_max: bad, ..geometry })));
+            let pose = |x, y| Odometry { stamp: 0.0, pose: Se2::new(x, y, 0.0) };
+            assert!(refused(Message::Odometry(pose(bad, 0.0))) && refused(Message::Odometry(pose(0.0, bad))));
+            assert!(WheelReading::new(bad, vec![]).is_err() && WheelReading::new(0.0, vec![(0, bad)]).is_err());
+            let corners = Detections { stamp: 0.0, camera: 0, corners: vec![(0, 1.0, bad, 0.1)] };
+            assert!(refused(Message::Detections(corners)));
+            let start = StartPose { stamp: 0.0, pose: Se2::IDENTITY, covariance: Matrix3::repeat(bad) };
+            assert!(refused(Message::StartPose(start)));
+        }
+        assert!(refused(scan(0.0, BeamGeometry { angle_increment: 0.0, ..geometry })));
     }
 }

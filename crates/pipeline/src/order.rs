@@ -30,8 +30,8 @@ const MOST_LEAPERS: usize = 16;
 /// Why a message was left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Left {
-    /// Its stamp is not a finite number.
-    NotFinite,
+    /// One of its numbers is not finite or out of its bound.
+    Invalid,
     /// It has the stamp of the message of its stream before.
     Repeated,
     /// It is older than the message of its stream before, by more than the lateness.
@@ -69,8 +69,8 @@ impl Order {
     /// Takes a message and hands on those whose turn has come.
     pub fn push(&mut self, message: Message) -> Vec<Message> {
         let mut out = Vec::new();
-        if !message.stamp().is_finite() || !message.end().is_finite() {
-            self.leave(Left::NotFinite, &message);
+        if message.validate().is_err() {
+            self.leave(Left::Invalid, &message);
             return out;
         }
         if self.sets_aside(message) {
@@ -98,7 +98,7 @@ impl Order {
     pub fn findings(&self) -> Vec<Finding> {
         let finding = |(why, kind, count, (from, to)): (Left, &str, usize, (f64, f64))| {
             let (code, what) = match why {
-                Left::NotFinite => (Code::StampsInvalid, "with a stamp that is not finite"),
+                Left::Invalid => (Code::ValuesInvalid, "with a number that is not finite or out of its bound"),
                 Left::Repeated => (Code::StampsInvalid, "with the stamp of the one before"),
                 Left::Leap => (Code::StampsInvalid, "with a stamp far ahead of all others"),
                 Left::Late => (Code::StampsLate, "older than the one before"),
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn repeated_and_endless_stamps_are_counted() {
         let (out, left) = run(0.0, [0.0, 0.0, f64::NAN, f64::INFINITY, 1.0].map(odometry).to_vec());
-        assert_eq!((out.len(), left), (2, vec![(Left::NotFinite, 2), (Left::Repeated, 1)]));
+        assert_eq!((out.len(), left), (2, vec![(Left::Invalid, 2), (Left::Repeated, 1)]));
     }
 
     #[test]
@@ -247,9 +247,9 @@ mod tests {
         [3.0, 1.0, 2.0, f64::NAN].map(odometry).into_iter().for_each(|m| drop(order.push(m)));
         let mut found = order.findings();
         found.sort_by_key(|f| f.code.name());
-        assert_eq!(found.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::StampsInvalid, Code::StampsLate]);
-        assert_eq!((found[0].span, found[1].span), (None, Some((1.0, 2.0))));
-        assert_eq!(found[1].values[0].value, 2.0);
+        assert_eq!(found.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::StampsLate, Code::ValuesInvalid]);
+        assert_eq!((found[0].span, found[1].span), (Some((1.0, 2.0)), None));
+        assert_eq!(found[0].values[0].value, 2.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What can be wrong with a request for a plan.
 
+use groma_models::Cancelled;
 use thiserror::Error;
 
 /// Why there is no plan.
@@ -18,6 +19,9 @@ pub enum Error {
     /// A graph that is none, or an arrival that contradicts what was seen before.
     #[error("{0}")]
     Graph(String),
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// What was asked for cannot be reached by any plan.
     #[error("{0}")]
     Unreachable(String),

@@ -4,7 +4,7 @@
 
 use groma_calibration::vehicle::{Layout, Model, Vehicle};
 use groma_geometry::Se2;
-use groma_models::{Differential, Drive, Tricycle};
+use groma_models::{Differential, Drive, Token, Tricycle};
 use groma_planning::vehicle::design::{Choice, best_mixture};
 use groma_planning::vehicle::grid::grid;
 use groma_planning::vehicle::plan::{choice, plan};
@@ -67,7 +67,7 @@ fn a_plan_takes_no_more_than_the_best_grid() {
     let sigmas = SIGMAS.map(Some);
     let limits = Limits { acceleration_max: 100.0, ..Limits::default() };
     let request = request(&layout, &sigmas, limits);
-    let found = plan(&request).unwrap();
+    let found = plan(&request, &Token::new()).unwrap();
     told("large hall", &found);
     let (number, time) = best_grid(&request, &[60.0, 120.0, 180.0, 240.0], true);
     println!("best grid: {number:.1} arcs, {time:.0} s");
@@ -82,7 +82,7 @@ fn in_a_small_hall_it_takes_about_half() {
     let sigmas = SIGMAS.map(Some);
     let limits = Limits { path_max: 4.0, acceleration_max: 100.0, ..Limits::default() };
     let request = request(&layout, &sigmas, limits);
-    let found = plan(&request).unwrap();
+    let found = plan(&request, &Token::new()).unwrap();
     told("small hall", &found);
     let turns = [30.0, 45.0, 60.0, 90.0];
     let (number, time) = best_grid(&request, &turns, true);
@@ -101,7 +101,7 @@ fn the_bound_is_that_of_a_plain_search_among_two_arcs() {
     let request = request(&layout, &sigmas, Limits::default());
     let four = grid(&request.vehicle, 2, 2.0, &request.limits);
     let both = choice(&request, &four);
-    let mixture = best_mixture(&both).unwrap();
+    let mixture = best_mixture(&both, &Token::new()).unwrap().unwrap();
     let mut least = f64::INFINITY;
     for k in 1..400 {
         let share = f64::from(k) / 400.0;
@@ -121,7 +121,7 @@ fn a_plan_fits_its_floor_and_its_acceleration() {
     let floor = Floor::new(corners).unwrap();
     let limits = Limits { acceleration_max: 0.2, ..Limits::default() };
     let request = Request { floor: Some((floor.clone(), footprint)), ..request(&layout, &sigmas, limits) };
-    let found = plan(&request).unwrap();
+    let found = plan(&request, &Token::new()).unwrap();
     told("floor", &found);
     assert!(found.arcs.len() < 10, "{}", found.arcs.len());
     for (arc, start) in found.arcs.iter().zip(&found.starts) {
@@ -133,7 +133,7 @@ fn a_plan_fits_its_floor_and_its_acceleration() {
         assert!((u.x * u.y).abs() <= 0.2 + 1e-9);
     }
     let closet = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.5), (0.0, 1.5)].map(|(x, y)| Vector2::new(x, y)).to_vec();
-    let none = plan(&Request { floor: Some((Floor::new(closet).unwrap(), footprint)), ..request });
+    let none = plan(&Request { floor: Some((Floor::new(closet).unwrap(), footprint)), ..request }, &Token::new());
     assert_eq!(none.unwrap_err(), Error::NoRoom);
 }
 
@@ -144,7 +144,7 @@ fn differential_drives_are_planned_too() {
     let layout = Layout::new(Model::Differential, &[]).unwrap();
     let sigmas = [Some(1e-5), Some(1e-5), Some(1e-4), Some(1e-3), Some(1e-3), Some(1e-3)];
     let limits = Limits { path_max: 3.0, ..Limits::default() };
-    let found = plan(&Request { vehicle, ..request(&layout, &sigmas, limits) }).unwrap();
+    let found = plan(&Request { vehicle, ..request(&layout, &sigmas, limits) }, &Token::new()).unwrap();
     told("differential", &found);
     assert!(found.sigmas.iter().zip(sigmas).all(|(got, wanted)| *got <= wanted.unwrap()));
 }
@@ -153,9 +153,9 @@ fn differential_drives_are_planned_too() {
 fn wishes_without_sense_are_refused() {
     let layout = Layout::new(Model::Tricycle, &[]).unwrap();
     for sigmas in [[None; 5], [Some(0.0); 5], [Some(f64::NAN); 5]] {
-        assert_eq!(plan(&request(&layout, &sigmas, Limits::default())).unwrap_err(), Error::Sigma);
+        assert_eq!(plan(&request(&layout, &sigmas, Limits::default()), &Token::new()).unwrap_err(), Error::Sigma);
     }
     let sigmas = SIGMAS.map(Some);
     let short = Limits { path_max: 0.0, ..Limits::default() };
-    assert_eq!(plan(&request(&layout, &sigmas, short)).unwrap_err(), Error::NoArcs);
+    assert_eq!(plan(&request(&layout, &sigmas, short), &Token::new()).unwrap_err(), Error::NoArcs);
 }

@@ -2,13 +2,14 @@
 
 use crate::camera::{invalid, parse};
 use crate::rendering::entries;
+use crate::token::{Token, cancelled, interruptible};
 use groma_calibration::camera::{
-    CameraCalibration, Options, ProjectionMap, Sighting, View, ViewResult, calibrate, panel_pose,
+    CameraCalibration, Options, ProjectionMap, Refusal, Sighting, View, ViewResult, calibrate, panel_pose,
 };
 use groma_models::Camera;
 use nalgebra::{DMatrix, Matrix6, Vector2, Vector3};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 type Floats<'py> = Bound<'py, PyArray1<f64>>;
@@ -55,6 +56,8 @@ struct CameraArrays {
 /// Intrinsics from views: `views` is image and number of corners of each; points (N, 3), pixels (N, 2), sigmas (N).
 /// A refusal is a RuntimeError.
 #[pyfunction]
+#[pyo3(signature = (size, views, points, pixels, sigmas, options, token=None))]
+#[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn calibrate_camera(
     py: Python<'_>,
     size: (u32, u32),
@@ -63,14 +66,23 @@ fn calibrate_camera(
     pixels: PyReadonlyArray2<'_, f64>,
     sigmas: PyReadonlyArray1<'_, f64>,
     options: &str,
+    token: Option<&Token>,
 ) -> PyResult<CameraArrays> {
     let options: Options = parse(options)?;
     let mut rest = sightings(&points, &pixels, &sigmas).into_iter();
     let views: Vec<View> =
         views.into_iter().map(|(image, count)| View { image, corners: rest.by_ref().take(count).collect() }).collect();
-    let found = py.detach(|| calibrate(size.0, size.1, &views, &options));
-    let found = found.map_err(|refusal| PyRuntimeError::new_err(refusal.to_string()))?;
+    let found = interruptible(py, token, None, |token| calibrate(size.0, size.1, &views, &options, token))?;
+    let found = found.map_err(raised)?;
     Ok(arrays(py, &views, &found))
+}
+
+fn raised(refusal: Refusal) -> PyErr {
+    match refusal {
+        Refusal::Setting { .. } => PyValueError::new_err(refusal.to_string()),
+        Refusal::Cancelled(_) => cancelled(),
+        _ => PyRuntimeError::new_err(refusal.to_string()),
+    }
 }
 
 pub(crate) fn sightings(

@@ -2,9 +2,12 @@
 
 use crate::camera::{invalid, parse};
 use crate::camera_calibration::sightings;
+use crate::gate;
+use crate::token::{Token, cancelled, interruptible};
 use groma_calibration::camera::Sighting;
 use groma_geometry::{Se2, Se3, So3};
 use groma_models::{Camera, Target};
+use groma_planning::Error;
 use groma_planning::camera::{
     Drive, FAN, Judged, Knowledge, Known, Motion, Plan, SIGMA, Search, Sitting, Stage, Tries, mount, next_best,
     nominal_camera, ranking, study, trials, upright_panels,
@@ -81,6 +84,7 @@ fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
 /// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, the
 /// number of corners of each panel seen, and from where; points (N, 3), pixels (N, 2) and sigmas (N) are theirs.
 #[pyfunction]
+#[pyo3(signature = (stage, start, poses, search, known, points, pixels, sigmas, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn camera_plan(
     py: Python<'_>,
@@ -92,22 +96,22 @@ fn camera_plan(
     points: PyReadonlyArray2<'_, f64>,
     pixels: PyReadonlyArray2<'_, f64>,
     sigmas: PyReadonlyArray1<'_, f64>,
+    token: Option<&Token>,
 ) -> PyResult<String> {
     let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
     search.validate().map_err(invalid)?;
     let seen = sightings(&points, &pixels, &sigmas);
     let known: KnownSpec = parse(known)?;
-    let looked = known.looked.iter().copied().map(pose).collect();
+    let looked = known.looked.iter().copied().map(gate::pose).collect::<PyResult<_>>()?;
+    let start = gate::pose(start)?;
+    let poses = poses.map(|all| all.into_iter().map(gate::pose).collect::<PyResult<Vec<Se2>>>()).transpose()?;
     let before = knowledge(&stage.camera, known, &seen)?;
     let known = Known { knowledge: before.clone(), looked };
-    let plan = py.detach(|| match poses {
-        None => next_best(&stage, known, pose(start), &search),
-        Some(poses) => {
-            let poses: Vec<Se2> = poses.into_iter().map(pose).collect();
-            Ok(Plan::along(&stage, known, pose(start), &poses))
-        }
-    });
-    let plan = plan.map_err(invalid)?;
+    let plan = interruptible(py, token, None, |token| match poses {
+        None => next_best(&stage, known, start, &search, token),
+        Some(poses) => Plan::along(&stage, known, start, &poses, token),
+    })?;
+    let plan = plan.map_err(raised)?;
     let content = json!({
         "stops": stops(&plan, &search.noise),
         "met": plan.worst() <= search.target,
@@ -129,24 +133,35 @@ fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> Py
 
 /// A drive that people use, tried out.
 #[pyfunction]
-fn camera_trials(py: Python<'_>, stage: &str, motion: &str, distance: f64, tries: &str) -> PyResult<String> {
+#[pyo3(signature = (stage, motion, distance, tries, token=None))]
+fn camera_trials(
+    py: Python<'_>,
+    stage: &str,
+    motion: &str,
+    distance: f64,
+    tries: &str,
+    token: Option<&Token>,
+) -> PyResult<String> {
     let (stage, tries) = (parse::<StageSpec>(stage)?.stage()?, parse::<Tries>(tries)?);
     let motion = parse::<Motion>(&json!(motion).to_string())?;
     let stage = stage.with_target(motion.shown(&stage.target)).map_err(invalid)?;
-    let found = py.detach(|| trials(&stage, &motion.drive(distance, motion.stops()), &tries));
+    let drive = motion.drive(distance, motion.stops());
+    let found = interruptible(py, token, None, |token| trials(&stage, &drive, &tries, token))?;
+    let found = found.map_err(|_| cancelled())?;
     serde_json::to_string(&found).map_err(invalid)
 }
 
 /// A panel held before a camera, tried out.
 #[pyfunction]
-fn camera_study(py: Python<'_>, sitting: &str, tries: &str) -> PyResult<String> {
+#[pyo3(signature = (sitting, tries, token=None))]
+fn camera_study(py: Python<'_>, sitting: &str, tries: &str, token: Option<&Token>) -> PyResult<String> {
     let (sitting, tries) = (parse::<Sitting>(sitting)?, parse::<Tries>(tries)?);
-    let found = py.detach(|| study(&sitting, &tries)).map_err(invalid)?;
+    let found = interruptible(py, token, None, |token| study(&sitting, &tries, token))?.map_err(raised)?;
     serde_json::to_string(&found).map_err(invalid)
 }
 
-fn pose(p: (f64, f64, f64)) -> Se2 {
-    Se2::new(p.0, p.1, p.2)
+fn raised(error: Error) -> PyErr {
+    if matches!(error, Error::Cancelled(_)) { cancelled() } else { invalid(error) }
 }
 
 fn knowledge(camera: &Camera, known: KnownSpec, seen: &[Sighting]) -> PyResult<Knowledge> {

@@ -1,8 +1,8 @@
 //! `groma.egomotion`: scans pushed in order of time, the motions between stations as arrays.
 
+use crate::gate;
 use groma_egomotion::stations::Skipped;
 use groma_egomotion::{Motion, Station, Stations, Verdict};
-use groma_models::{BeamGeometry, LaserScan};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -36,11 +36,9 @@ impl Egomotion {
         py: Python<'_>,
         stamp: f64,
         ranges: PyReadonlyArray1<'_, f64>,
-        beams: (f64, f64, f64, f64, f64),
+        beams: gate::Beams,
     ) -> PyResult<&'static str> {
-        let (angle_min, angle_increment, time_increment, range_min, range_max) = beams;
-        let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
-        let scan = LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() };
+        let scan = gate::scan(stamp, &ranges, beams)?;
         let core = self.0.as_mut().ok_or_else(finished)?;
         Ok(match py.detach(|| core.push(scan)) {
             Ok(()) => "",

@@ -1,5 +1,7 @@
 //! `groma.exploration`: graphs, settings and events as JSON in, runs as JSON out.
 
+use crate::token::{Token, cancelled, interruptible};
+use groma_models::Token as Work;
 use groma_planning::exploration::monte_carlo::try_walk_while;
 use groma_planning::exploration::run::Stop;
 use groma_planning::exploration::{Event, Explorer, Graph, Noise, Place, Scene, Settings, explore_while};
@@ -39,32 +41,40 @@ fn exploration_check(graph: &str) -> PyResult<()> {
 
 /// One whole exploration; `tell`, if given, is called at each stop with the distance and the number of cameras found.
 #[pyfunction]
-fn exploration_run(py: Python<'_>, graph: &str, settings: &str, tell: Option<Py<PyAny>>) -> PyResult<String> {
+#[pyo3(signature = (graph, settings, tell, token=None))]
+fn exploration_run(
+    py: Python<'_>,
+    graph: &str,
+    settings: &str,
+    tell: Option<Py<PyAny>>,
+    token: Option<&Token>,
+) -> PyResult<String> {
     let (graph, settings) = (read::<Graph>(graph)?, read::<Settings>(settings)?);
     let mut told = Ok(());
-    let mut goes_on = |stop: &Stop| {
-        told = asked(tell.as_ref(), (stop.length, stop.cameras.len()));
-        told.is_ok()
-    };
-    let run = py.detach(|| explore_while(&graph, &settings, &mut goes_on));
+    let run = interruptible(py, token, None, |token| {
+        explore_while(&graph, &settings, &mut |stop: &Stop| {
+            told = asked(tell.as_ref(), token, (stop.length, stop.cameras.len()));
+            told.is_ok()
+        })
+    })?;
     told?;
     serde_json::to_string(&run.map_err(invalid)?).map_err(invalid)
 }
 
-/// Calls back, and lets Python see to its signals: Ctrl-C ends long work.
-fn asked<V>(tell: Option<&Py<PyAny>>, values: V) -> PyResult<()>
+/// Calls back; an error once the token cancels the work.
+fn asked<V>(tell: Option<&Py<PyAny>>, token: &Work, values: V) -> PyResult<()>
 where
     V: for<'py> PyCallArgs<'py>,
 {
-    Python::attach(|py| {
-        py.check_signals()?;
-        tell.map_or(Ok(()), |tell| tell.call1(py, values).map(|_| ()))
-    })
+    token.check().map_err(|_| cancelled())?;
+    tell.map_or(Ok(()), |tell| Python::attach(|py| tell.call1(py, values).map(|_| ())))
 }
 
 /// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's; `tell`, if given, is
 /// called with the drives that are done and their number.
 #[pyfunction]
+#[pyo3(signature = (graph, walk, noise, runs, seed, tell, token=None))]
+#[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 fn exploration_try(
     py: Python<'_>,
     graph: &str,
@@ -73,14 +83,16 @@ fn exploration_try(
     runs: usize,
     seed: u64,
     tell: Option<Py<PyAny>>,
+    token: Option<&Token>,
 ) -> PyResult<String> {
     let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
     let mut told = Ok(());
-    let mut goes_on = |done: usize| {
-        told = asked(tell.as_ref(), (done, runs));
-        told.is_ok()
-    };
-    let tried = py.detach(|| try_walk_while(&graph, &walk, &noise, (runs, seed), &mut goes_on));
+    let tried = interruptible(py, token, None, |token| {
+        try_walk_while(&graph, &walk, &noise, (runs, seed), &mut |done: usize| {
+            told = asked(tell.as_ref(), token, (done, runs));
+            told.is_ok()
+        })
+    })?;
     told?;
     serde_json::to_string(&tried.map_err(invalid)?).map_err(invalid)
 }

@@ -1,5 +1,6 @@
 //! `groma.features`: keypoints of scans, their descriptors, signatures of local maps, association.
 
+use crate::gate;
 use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
@@ -33,7 +34,8 @@ fn falko_detect<'py>(
     let options: falko::Options = parse(options)?;
     options.validate().map_err(invalid)?;
     let scans = split(ranges.as_slice()?, &counts)?;
-    Ok(flatten(py, &py.detach(|| falko::detect_all(geometry(beams), &scans, options))))
+    let geometry = geometry(beams)?;
+    Ok(flatten(py, &py.detach(|| falko::detect_all(geometry, &scans, options))))
 }
 
 /// The same with the detector of orthogonal corners.
@@ -48,7 +50,8 @@ fn oc_detect<'py>(
     let options: oc::Options = parse(options)?;
     options.validate().map_err(invalid)?;
     let scans = split(ranges.as_slice()?, &counts)?;
-    Ok(flatten(py, &py.detach(|| oc::detect_all(geometry(beams), &scans, options))))
+    let geometry = geometry(beams)?;
+    Ok(flatten(py, &py.detach(|| oc::detect_all(geometry, &scans, options))))
 }
 
 /// Reflectors of scans laid end to end, `counts` beams each: how many a scan, beam indices, and rows of x, y, covariance
@@ -67,7 +70,8 @@ fn reflector_detect<'py>(
     let ranges = split(ranges.as_slice()?, &counts)?;
     let intensities = split(intensities.as_slice()?, &counts)?;
     let scans: Vec<(&[f64], &[f64])> = ranges.into_iter().zip(intensities).collect();
-    let found = py.detach(|| reflector::detect_all(&geometry(beams), &scans, &options));
+    let geometry = geometry(beams)?;
+    let found = py.detach(|| reflector::detect_all(&geometry, &scans, &options));
     let all = || found.iter().flatten();
     let row = |r: &Reflector| {
         let c = &r.covariance;
@@ -219,8 +223,8 @@ fn invalid(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-fn geometry((angle_min, angle_increment, range_min, range_max): Beams) -> BeamGeometry {
-    BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min, range_max }
+fn geometry((angle_min, angle_increment, range_min, range_max): Beams) -> PyResult<BeamGeometry> {
+    gate::geometry((angle_min, angle_increment, 0.0, range_min, range_max))
 }
 
 fn split<'a>(mut values: &'a [f64], counts: &[usize]) -> PyResult<Vec<&'a [f64]>> {
@@ -267,7 +271,7 @@ fn surroundings(
     poses: &PyReadonlyArray2<'_, f64>,
 ) -> PyResult<Vec<Surroundings>> {
     let ranges = ranges.as_slice()?.to_vec();
-    let scan = LaserScan { stamp: 0.0, geometry: geometry(beams), ranges, intensities: Vec::new() };
+    let scan = LaserScan { stamp: 0.0, geometry: geometry(beams)?, ranges, intensities: Vec::new() };
     let hits: Vec<(usize, Vector2<f64>)> = scan.hits().collect();
     let around = |(pose, &index): (ArrayView1<'_, f64>, &i64)| {
         let (point, covariance) = (Vector2::new(pose[0], pose[1]), Matrix2::zeros());

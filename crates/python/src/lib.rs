@@ -8,6 +8,7 @@ mod egomotion;
 mod exploration;
 mod features;
 mod findings;
+mod gate;
 mod localization;
 mod map_at_poses;
 mod mapping;
@@ -33,6 +34,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     exploration::register(m)?;
     features::register(m)?;
     findings::register(m)?;
+    gate::register(m)?;
     token::register(m)?;
     localization::register(m)?;
     map_at_poses::register(m)?;

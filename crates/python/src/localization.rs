@@ -1,14 +1,12 @@
 //! `groma.localization`: a vehicle on a landmark map, as arrays.
 
+use crate::gate;
 use crate::mapping::matrices;
-use groma_geometry::Se2;
 use groma_localization::{
     CALIBRATION, DRIVE, Error, LocalView, Localizer as Core, Located, Motion, Observation, Options, Quality,
     RelocalizeOptions, Relocalizer as CoreRelocalizer, Start, Status, Update, WheelNoise, sees,
 };
-use groma_models::{
-    BeamGeometry, Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle,
-};
+use groma_models::{Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle};
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
 use numpy::ndarray::{Array1, Array2};
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -74,7 +72,7 @@ impl Relocalizer {
     ) -> PyResult<Self> {
         let options: RelocalizeOptions = parse(options)?;
         let map = to_map(&landmarks, &reflector, &descriptors);
-        let grid = grid.map(|(resolution, origin, cells)| to_grid(resolution, origin, &cells));
+        let grid = grid.map(|(resolution, origin, cells)| to_grid(resolution, origin, &cells)).transpose()?;
         let core = py.detach(|| CoreRelocalizer::new(map, grid, options)).map_err(invalid)?;
         Ok(Self(Arc::new(core)))
     }
@@ -88,21 +86,21 @@ impl Relocalizer {
         descriptors: PyReadonlyArray2<'py, u8>,
         scan: Option<Scan<'py>>,
         mount: Pose,
-    ) -> Vec<Place<'py>> {
+    ) -> PyResult<Vec<Place<'py>>> {
         let unknown = vec![-1_i64; observations.as_array().nrows()];
         let observations = to_observations(&observations, &reflector, &descriptors, &unknown);
-        let mount = to_pose(mount);
+        let mount = gate::pose(mount)?;
         let mut view = LocalView::default();
         view.see(&observations.into_iter().map(|o| (o, mount)).collect::<Vec<_>>());
         if let Some((beams, ranges)) = scan {
-            view.look(&to_scan(0.0, 0.0, beams, &ranges), &mount, Vector3::zeros());
+            view.look(&to_scan(0.0, 0.0, beams, &ranges)?, &mount, Vector3::zeros());
         }
         let found = py.detach(|| self.0.locate(&view));
         let row = |l: Located| {
             let covariance = Array2::from_shape_fn((3, 3), |(i, j)| l.covariance[(i, j)]).into_pyarray(py);
             ((l.pose.x(), l.pose.y(), l.pose.theta()), covariance, l.evidence, l.probability, l.pairs.len())
         };
-        found.into_iter().map(row).collect()
+        Ok(found.into_iter().map(row).collect())
     }
 }
 
@@ -140,8 +138,8 @@ impl Localizer {
         let options: Options = parse(options)?;
         let start = Start {
             stamp,
-            pose: pose.map(|p| (to_pose(p), matrix::<3, 3>(&covariance))),
-            mount: to_pose(mount),
+            pose: pose.map(|p| Ok::<_, PyErr>((gate::pose(p)?, matrix::<3, 3>(&covariance)))).transpose()?,
+            mount: gate::pose(mount)?,
             calibration: calibration.map(|c| matrix::<CALIBRATION, CALIBRATION>(&c)),
         };
         let map = to_map(&landmarks, &reflector, &descriptors);
@@ -161,7 +159,7 @@ impl Localizer {
         by_drive: Option<Table<'_>>,
     ) -> PyResult<()> {
         let by_drive = by_drive.map_or_else(SMatrix::zeros, |j| matrix::<3, DRIVE>(&j));
-        let motion = Motion { motion: to_pose(motion), covariance: matrix::<3, 3>(&covariance), by_drive };
+        let motion = Motion { motion: gate::pose(motion)?, covariance: matrix::<3, 3>(&covariance), by_drive };
         self.0.predict(stamp, &motion).map_err(invalid)
     }
 
@@ -177,6 +175,7 @@ impl Localizer {
     ) -> PyResult<Bound<'py, PyDict>> {
         let observations = to_observations(&observations, &reflector, &descriptors, identities.as_slice()?);
         let scan = scan.map(|(stamp, time_increment, beams, ranges)| to_scan(stamp, time_increment, beams, &ranges));
+        let scan = scan.transpose()?;
         let core = &mut self.0;
         let update = py.detach(|| match scan {
             Some(scan) => {
@@ -190,7 +189,7 @@ impl Localizer {
 
     /// The pose has been found another way.
     fn relocate(&mut self, pose: Pose, covariance: Table<'_>) -> PyResult<()> {
-        self.0.relocate(to_pose(pose), &matrix::<3, 3>(&covariance)).map_err(invalid)
+        self.0.relocate(gate::pose(pose)?, &matrix::<3, 3>(&covariance)).map_err(invalid)
     }
 
     /// Stamp, pose, covariance.
@@ -215,10 +214,6 @@ fn invalid(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-fn to_pose((x, y, theta): Pose) -> Se2 {
-    Se2::new(x, y, theta)
-}
-
 fn matrix<const R: usize, const C: usize>(table: &Table<'_>) -> SMatrix<f64, R, C> {
     let view = table.as_array();
     SMatrix::from_fn(|i, j| view.get((i, j)).copied().unwrap_or(f64::NAN))
@@ -229,12 +224,11 @@ fn to_scan(
     time_increment: f64,
     (angle_min, angle_increment, range_min, range_max): (f64, f64, f64, f64),
     ranges: &PyReadonlyArray1<'_, f64>,
-) -> LaserScan {
-    let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
-    LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() }
+) -> PyResult<LaserScan> {
+    gate::scan(stamp, ranges, (angle_min, angle_increment, time_increment, range_min, range_max))
 }
 
-fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> Grid {
+fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> PyResult<Grid> {
     let view = cells.as_array();
     let cell = |v: &i8| match v {
         0 => Cell::Free,
@@ -242,7 +236,9 @@ fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>
         _ => Cell::Unknown,
     };
     let (height, width) = view.dim();
-    Grid { resolution, origin: Vector2::new(x, y), width, height, cells: view.iter().map(cell).collect() }
+    let grid = Grid { resolution, origin: Vector2::new(x, y), width, height, cells: view.iter().map(cell).collect() };
+    grid.validate().map_err(gate::refused)?;
+    Ok(grid)
 }
 
 fn kind(reflector: bool) -> LandmarkKind {

@@ -1,9 +1,9 @@
 //! `groma.survey`: poses and scans pushed in order of time, a map at these poses as arrays.
 
 use crate::findings::to_list;
-use crate::mapping::{Beams, grid, landmarks, laser_scan, settings};
+use crate::gate::{self, Beams};
+use crate::mapping::{grid, landmarks, laser_scan, settings};
 use crate::token::{Token, interruptible};
-use groma_geometry::Se2;
 use groma_pipeline::message::StartPose;
 use groma_pipeline::{MapAtPoses as Core, Message};
 use nalgebra::Matrix3;
@@ -34,18 +34,17 @@ impl MapAtPoses {
     #[new]
     #[pyo3(signature = (options, mount, lateness=0.0))]
     fn new(options: &str, mount: Pose, lateness: f64) -> PyResult<Self> {
-        let (x, y, yaw) = mount;
-        Ok(Self(Some(Core::new(settings(options)?, Se2::new(x, y, yaw), lateness))))
+        Ok(Self(Some(Core::new(settings(options)?, gate::pose(mount)?, lateness))))
     }
 
     /// `T_map_base` at a time, with the covariance (3, 3) of its perturbation on the right.
     fn push_pose(&mut self, stamp: f64, pose: Pose, covariance: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        let ((x, y, theta), covariance) = (pose, covariance.as_array());
+        let (pose, covariance) = (gate::pose(pose)?, covariance.as_array());
         if covariance.dim() != (3, 3) {
             return Err(PyValueError::new_err(format!("covariance: must be 3 x 3, not {:?}", covariance.dim())));
         }
         let covariance = Matrix3::from_fn(|i, j| covariance[(i, j)]);
-        self.core()?.push(Message::StartPose(StartPose { stamp, pose: Se2::new(x, y, theta), covariance }));
+        self.core()?.push(Message::StartPose(StartPose { stamp, pose, covariance }));
         Ok(())
     }
 
@@ -57,7 +56,7 @@ impl MapAtPoses {
         intensities: PyReadonlyArray1<'_, f64>,
         beams: Beams,
     ) -> PyResult<()> {
-        let scan = laser_scan(stamp, &ranges, &intensities, beams);
+        let scan = laser_scan(stamp, &ranges, &intensities, beams)?;
         let core = self.core()?;
         py.detach(|| core.push(Message::Scan { scanner: 0, scan }));
         Ok(())

@@ -1,12 +1,13 @@
 //! `groma.mapping`: scans and odometry pushed in order of time, a map as arrays.
 
+use crate::gate::{self, Beams};
 use groma_geometry::Se2;
 use groma_mapping::closure::Verdict;
 use groma_mapping::map_result::{EdgeKind, MapResult};
 use groma_mapping::mapper::{Mapper as Core, Skipped};
 use groma_mapping::options::Options;
 use groma_mapping::weak::Reason;
-use groma_models::{BeamGeometry, Cell, Grid, LandmarkMap, LaserScan, Odometry};
+use groma_models::{Cell, Grid, LandmarkMap, LaserScan, Odometry};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -59,8 +60,8 @@ impl Mapper {
         beams: Beams,
         mount: (f64, f64, f64),
     ) -> PyResult<&'static str> {
-        let scan = laser_scan(stamp, &ranges, &intensities, beams);
-        let mount = Se2::new(mount.0, mount.1, mount.2);
+        let scan = laser_scan(stamp, &ranges, &intensities, beams)?;
+        let mount = gate::pose(mount)?;
         let core = self.core()?;
         Ok(match py.detach(|| core.push_scan(scan, mount)) {
             Ok(()) => "",
@@ -88,17 +89,14 @@ impl Mapper {
     }
 }
 
-/// angle_min, angle_increment, time_increment, range_min, range_max.
-pub(crate) type Beams = (f64, f64, f64, f64, f64);
-
 pub(crate) fn laser_scan(
     stamp: f64,
     ranges: &PyReadonlyArray1<'_, f64>,
     intensities: &PyReadonlyArray1<'_, f64>,
-    (angle_min, angle_increment, time_increment, range_min, range_max): Beams,
-) -> LaserScan {
-    let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
-    LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: intensities.as_array().to_vec() }
+    beams: Beams,
+) -> PyResult<LaserScan> {
+    let scan = gate::scan(stamp, ranges, beams)?;
+    Ok(LaserScan { intensities: intensities.as_array().to_vec(), ..scan })
 }
 
 pub(crate) fn settings(options: &str) -> PyResult<Options> {

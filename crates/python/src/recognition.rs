@@ -1,9 +1,9 @@
 //! `groma.recognition`: scans pushed in order of time, then one call a step, so that each can be timed.
 
+use crate::gate;
 use groma_features::glarot::Candidate;
 use groma_geometry::Se2;
 use groma_mapping::recognition::{Loop, Options, Proposal, Recognizer as Core, Verdict, Verified};
-use groma_models::{BeamGeometry, LaserScan};
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -51,13 +51,11 @@ impl Recognizer {
         py: Python<'_>,
         stamp: f64,
         ranges: PyReadonlyArray1<'_, f64>,
-        beams: (f64, f64, f64, f64, f64),
+        beams: gate::Beams,
         mount: Pose,
-    ) -> bool {
-        let (angle_min, angle_increment, time_increment, range_min, range_max) = beams;
-        let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
-        let scan = LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() };
-        py.detach(|| self.core.push_scan(&scan, &Se2::new(mount.0, mount.1, mount.2)))
+    ) -> PyResult<bool> {
+        let (scan, mount) = (gate::scan(stamp, &ranges, beams)?, gate::pose(mount)?);
+        Ok(py.detach(|| self.core.push_scan(&scan, &mount)))
     }
 
     /// Of every scan used: pose as tracked, keyframe, path driven up to that.

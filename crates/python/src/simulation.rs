@@ -1,10 +1,12 @@
 //! Simulated recordings: a scenario as JSON in, arrays out.
 
+use crate::token::{Token, cancelled, interruptible};
 use groma_geometry::Se2;
 use groma_simulation::calibration::Drivetrain;
 use groma_simulation::world::Shape;
 use groma_simulation::{
-    CalibrationDrive, CalibrationScenario, Scenario, Simulated, simulate, simulate_calibration as calibration_drive,
+    CalibrationDrive, CalibrationScenario, Scenario, Simulated, SimulationError, simulate,
+    simulate_calibration as calibration_drive,
 };
 use numpy::ndarray::{Array1, Array2};
 use numpy::{PyArray1, PyArray2, ToPyArray};
@@ -51,10 +53,15 @@ fn simulation_scenario(scene: &str, seed: u64) -> PyResult<String> {
 }
 
 #[pyfunction]
-fn simulate_scenario(py: Python<'_>, scenario: &str) -> PyResult<SimulatedArrays> {
+#[pyo3(signature = (scenario, token=None))]
+fn simulate_scenario(py: Python<'_>, scenario: &str, token: Option<&Token>) -> PyResult<SimulatedArrays> {
     let scenario: Scenario = serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    let simulated = py.detach(|| simulate(&scenario)).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let simulated = interruptible(py, token, None, |token| simulate(&scenario, token))?.map_err(raised)?;
     Ok(arrays(py, &scenario, &simulated))
+}
+
+fn raised(error: SimulationError) -> PyErr {
+    if matches!(error, SimulationError::Cancelled(_)) { cancelled() } else { PyValueError::new_err(error.to_string()) }
 }
 
 fn arrays(py: Python<'_>, scenario: &Scenario, simulated: &Simulated) -> SimulatedArrays {
@@ -109,10 +116,11 @@ fn calibration_scenario(drivetrain: &str, seed: u64) -> PyResult<String> {
 }
 
 #[pyfunction]
-fn simulate_calibration(py: Python<'_>, scenario: &str) -> PyResult<CalibrationArrays> {
+#[pyo3(signature = (scenario, token=None))]
+fn simulate_calibration(py: Python<'_>, scenario: &str, token: Option<&Token>) -> PyResult<CalibrationArrays> {
     let scenario: CalibrationScenario =
         serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    let drive = py.detach(|| calibration_drive(&scenario)).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let drive = interruptible(py, token, None, |token| calibration_drive(&scenario, token))?.map_err(raised)?;
     Ok(calibration_arrays(py, scenario.scanner.beams, &drive))
 }
 

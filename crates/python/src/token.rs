@@ -1,6 +1,7 @@
 //! Long work that can be watched and interrupted: it runs on a thread of its own while the caller's handles signals.
 
 use groma_models::Token as Core;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -75,6 +76,11 @@ pub(crate) fn interruptible<T: Send>(
         (Ok(_), Some(error)) => Err(error),
         (Ok(value), None) => Ok(value),
     }
+}
+
+/// What cancelled work without a result raises, where no signal did.
+pub(crate) fn cancelled() -> PyErr {
+    PyKeyboardInterrupt::new_err("interrupted")
 }
 
 fn look(py: Python<'_>, token: &Core, show: Option<&Py<PyAny>>) -> PyResult<()> {

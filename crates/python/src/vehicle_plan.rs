@@ -1,7 +1,9 @@
 //! `groma.vehicle_plan`: which arcs calibrate a vehicle.
 
 use crate::calibration::{parse, to_model};
+use crate::gate;
 use crate::pose_graph::estimation_error;
+use crate::token::{Token, cancelled, interruptible};
 use groma_calibration::vehicle::{Layout, Model, Vehicle};
 use groma_geometry::Se2;
 use groma_models::{Differential, Drive, Tricycle};
@@ -35,6 +37,7 @@ fn vehicle_plan_defaults() -> PyResult<(String, String)> {
 
 /// The plan of least time.
 #[pyfunction]
+#[pyo3(signature = (model, parameters, free, sigmas, noise, limits, room, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands over what it made")]
 fn vehicle_plan(
@@ -46,12 +49,13 @@ fn vehicle_plan(
     noise: &str,
     limits: &str,
     room: Room,
+    token: Option<&Token>,
 ) -> PyResult<Planned> {
     let (layout, vehicle, sigmas) = wanted(model, &parameters, &free, &sigmas)?;
     let (noise, limits): (Noise, Limits) = (parse(noise)?, parse(limits)?);
     let floor = room.map(to_floor).transpose()?;
     let request = Request { vehicle, layout: &layout, sigmas: &sigmas, noise, limits, floor };
-    let found = py.detach(|| plan(&request)).map_err(|e| raise(py, &e))?;
+    let found = interruptible(py, token, None, |token| plan(&request, token))?.map_err(|e| raise(py, &e))?;
     Ok(to_planned(&vehicle, &layout, &found))
 }
 
@@ -71,6 +75,7 @@ fn vehicle_grid(
 ) -> PyResult<Grid> {
     let (layout, vehicle, sigmas) = wanted(model, &parameters, &free, &sigmas)?;
     let (noise, limits): (Noise, Limits) = (parse(noise)?, parse(limits)?);
+    noise.validate().and(limits.validate()).map_err(gate::refused)?;
     let arcs = grid(&vehicle, count, turn, &limits);
     let request = Request { vehicle, layout: &layout, sigmas: &sigmas, noise, limits, floor: None };
     let choice = choice(&request, &arcs);
@@ -144,7 +149,8 @@ fn row(vehicle: &Vehicle, arc: &Arc, start: &Se2) -> Row {
 
 fn raise(py: Python<'_>, error: &Error) -> PyErr {
     match error {
-        Error::Sigma => PyValueError::new_err(error.to_string()),
+        Error::Cancelled(_) => cancelled(),
+        Error::Sigma | Error::Number(_) => PyValueError::new_err(error.to_string()),
         _ => estimation_error(py, error.to_string()),
     }
 }

@@ -1,5 +1,6 @@
 //! What can be wrong with a scenario.
 
+use groma_models::Cancelled;
 use thiserror::Error;
 
 /// Why a scenario cannot be simulated.
@@ -15,6 +16,9 @@ pub enum SimulationError {
         /// What it must be.
         rule: &'static str,
     },
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// Nobody has drawn this scene.
     #[error("no scene is called {0:?}: try one of {names}", names = crate::scenario::SCENES.join(", "))]
     UnknownScene(String),

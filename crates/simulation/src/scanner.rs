@@ -7,15 +7,20 @@
 //!
 //! Not modelled: beam width (mixed readings at edges), bias with range or reflectivity, multipath, dazzle.
 
+use crate::error::SimulationError;
 use crate::random::Random;
 use crate::world::{Hit, RayCaster};
 use groma_geometry::Se2;
-use groma_models::{BeamGeometry, LaserScan};
+use groma_models::bounds::{BEAMS, COORDINATE};
+use groma_models::{BeamGeometry, LaserScan, Token};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 /// Distance at which the intensity has fallen by half [m].
 const HALF_INTENSITY: f64 = 5.0;
+
+/// Readings of a recording, at most.
+const MOST_READINGS: f64 = 1e8;
 
 /// A scanner and its mounting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +80,43 @@ impl Scanner {
             range_min: self.range_min,
             range_max: self.range_max,
         }
+    }
+
+    /// Refuses a scanner that there is not.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of its bound, by name.
+    pub fn check(&self) -> Result<(), SimulationError> {
+        let mount = self.mount.iter().try_for_each(|&v| COORDINATE.check("scanner.mount", v));
+        let checked = mount.and(BEAMS.check("scanner.beams", self.beams as f64)).and(self.geometry().validate());
+        checked.map_err(|e| SimulationError::Scene(e.to_string()))
+    }
+
+    /// All sweeps of a drive that lasts so long [s], one every period; each is a step of the token.
+    ///
+    /// # Errors
+    /// When the token cancels the work, or there would be more readings than memory holds.
+    pub fn sweeps(
+        &self,
+        world: &RayCaster,
+        base_at: impl Fn(f64) -> Se2,
+        (start, lasts): (f64, f64),
+        random: &mut Random,
+        token: &Token,
+    ) -> Result<Vec<LaserScan>, SimulationError> {
+        let last = ((lasts - self.duration()) / self.period).floor().max(0.0);
+        let readings = (last + 1.0) * self.beams as f64;
+        if readings > MOST_READINGS {
+            let (name, value, rule) = ("scanner.period", self.period, "must leave at most 1e8 readings");
+            return Err(SimulationError::Setting { name, value, rule });
+        }
+        token.begin(last as usize + 1);
+        let mut scans = Vec::new();
+        for k in 0..=last as usize {
+            scans.push(self.sweep(world, &base_at, start + k as f64 * self.period, random));
+            token.step()?;
+        }
+        Ok(scans)
     }
 
     /// Time from the first beam of a sweep to the last [s].

@@ -6,6 +6,10 @@ use crate::scanner::Scanner;
 use crate::scenes::depot::Depot;
 use serde::{Deserialize, Serialize};
 
+/// Bounds of what must be above 0.
+const LEAST: f64 = 1e-4;
+const MOST: f64 = 1e6;
+
 /// Names of the scenarios.
 pub const SCENES: [&str; 6] = ["rooms", "warehouse", "loop", "stalls", "turns", "depot"];
 
@@ -120,9 +124,10 @@ impl Scenario {
             ("wheels.final_error", self.wheels.final_error.unwrap_or(0.0)),
             ("stall_duration", self.stall_duration),
         ];
-        require(&positive, |x| x > 0.0 && x.is_finite(), "must be finite and above 0")?;
-        require(&at_least_zero, |x| x >= 0.0 && x.is_finite(), "must be finite and at least 0")?;
+        require(&positive, |x| (LEAST..=MOST).contains(&x), "must be from 1e-4 to 1e6")?;
+        require(&at_least_zero, |x| (0.0..=MOST).contains(&x), "must be from 0 to 1e6")?;
         require(&[("scanner.dropout", scanner.dropout)], |x| x <= 1.0, "must be at most 1")?;
+        scanner.check()?;
         if let Building::Depot(depot) = self.building {
             let shares = [("building.changed", depot.changed), ("building.reflectors", depot.reflectors)];
             require(&shares, |x| (0.0..=1.0).contains(&x), "must be from 0 to 1")?;
@@ -139,7 +144,7 @@ impl Scenario {
                 [("radius", radius), ("wheelbase", wheelbase), ("wheelbase", wheelbase)]
             }
         };
-        require(&sizes, |x| x > 0.0 && x.is_finite(), "must be finite and above 0")
+        require(&sizes, |x| (LEAST..=MOST).contains(&x), "must be from 1e-4 to 1e6")
     }
 }
 

@@ -11,7 +11,7 @@ use crate::scenario::Scenario;
 use crate::scenes;
 use crate::world::{RayCaster, World};
 use groma_geometry::Se2;
-use groma_models::{LaserScan, Odometry};
+use groma_models::{LaserScan, Odometry, Token};
 
 /// Speed above which a vehicle counts as moving [m/s].
 const MOVING: f64 = 0.2;
@@ -42,25 +42,30 @@ pub struct Simulated {
 /// Simulates `scenario`.
 ///
 /// # Errors
-/// When a setting makes no sense, the vehicle cannot follow the route or touches something.
-pub fn simulate(scenario: &Scenario) -> Result<Simulated, SimulationError> {
+/// When a setting makes no sense, the vehicle cannot follow the route or touches something, or the token cancels the work.
+pub fn simulate(scenario: &Scenario, token: &Token) -> Result<Simulated, SimulationError> {
     scenario.check()?;
     let (world, route) = scenes::build(scenario.building, &mut Random::new(scenario.seed, Purpose::Building));
-    simulate_in(world, &route, scenario)
+    simulate_in(world, &route, scenario, token)
 }
 
 /// Simulates `scenario` in a given world along a given route instead of its building's.
 ///
 /// # Errors
 /// As [`simulate`].
-pub fn simulate_in(world: World, route: &Route, scenario: &Scenario) -> Result<Simulated, SimulationError> {
+pub fn simulate_in(
+    world: World,
+    route: &Route,
+    scenario: &Scenario,
+    token: &Token,
+) -> Result<Simulated, SimulationError> {
     let drive = Drive::along(route, &scenario.limits, scenario.vehicle.turns_on_the_spot())?;
     let caster = RayCaster::new(&world);
     stays_clear(&caster, &drive, scenario.clearance)?;
     let mut wheels = Random::new(scenario.seed, Purpose::Wheels);
     let readings = WheelReadings::of(&drive, &scenario.vehicle, &scenario.wheels, &mut wheels)?;
     let stalls = place_stalls(&drive, scenario);
-    let scans = sweeps(&caster, &drive, scenario);
+    let scans = sweeps(&caster, &drive, scenario, token)?;
     let scan_poses = scans.iter().map(|scan| drive.at(scan.stamp - scenario.start)).collect();
     let given: Vec<usize> = (0..drive.poses.len()).step_by(scenario.odometry_every).collect();
     let odometry = given.iter().map(|&k| Odometry {
@@ -88,13 +93,15 @@ fn stays_clear(caster: &RayCaster, drive: &Drive, clearance: f64) -> Result<(), 
     }
 }
 
-fn sweeps(caster: &RayCaster, drive: &Drive, scenario: &Scenario) -> Vec<LaserScan> {
+fn sweeps(
+    caster: &RayCaster,
+    drive: &Drive,
+    scenario: &Scenario,
+    token: &Token,
+) -> Result<Vec<LaserScan>, SimulationError> {
     let mut random = Random::new(scenario.seed, Purpose::Ranges);
-    let scanner = &scenario.scanner;
-    let last = ((drive.duration() - scanner.duration()) / scanner.period).floor();
     let base_at = |stamp: f64| drive.at(stamp - scenario.start);
-    let stamps = (0..=last.max(0.0) as usize).map(|k| scenario.start + k as f64 * scanner.period);
-    stamps.map(|stamp| scanner.sweep(caster, base_at, stamp, &mut random)).collect()
+    scenario.scanner.sweeps(caster, base_at, (scenario.start, drive.duration()), &mut random, token)
 }
 
 /// The step whose odometry is given out at step `k`: an earlier one during a stall.

@@ -1,6 +1,7 @@
 //! Drives and their odometry against closed forms.
 
 use groma_geometry::{Se2, wrap};
+use groma_models::Token;
 use groma_simulation::drive::{Drive, Limits, Route, Vehicle, WheelErrors, WheelReadings, Wheels};
 use groma_simulation::random::{Purpose, Random};
 use groma_simulation::simulate::simulate_in;
@@ -150,8 +151,8 @@ fn a_stall_freezes_the_odometry_and_then_jumps_to_where_it_would_have_been() {
     let scenario = Scenario { stalls: 4, stall_duration: 1.0, ..Scenario::default() };
     let plain = Scenario { stalls: 0, ..scenario.clone() };
     let (stalled, plain) = (
-        simulate_in(World::default(), &detour(), &scenario).unwrap(),
-        simulate_in(World::default(), &detour(), &plain).unwrap(),
+        simulate_in(World::default(), &detour(), &scenario, &Token::new()).unwrap(),
+        simulate_in(World::default(), &detour(), &plain, &Token::new()).unwrap(),
     );
     assert_eq!(stalled.stalls.len(), 4);
     let mut old = 0;
@@ -172,7 +173,7 @@ fn a_stall_freezes_the_odometry_and_then_jumps_to_where_it_would_have_been() {
 fn what_is_in_the_way_is_an_error() {
     let mut world = World::default();
     world.circle(Vector2::new(6.0, 2.1), 0.05, 0.5);
-    let error = simulate_in(world, &detour(), &Scenario::default()).unwrap_err();
+    let error = simulate_in(world, &detour(), &Scenario::default(), &Token::new()).unwrap_err();
     assert!(matches!(error, SimulationError::Collision { x, .. } if x > 5.0 && x < 6.0), "{error}");
     let mut dash = Route::from(Vector2::zeros());
     assert_eq!(Drive::along(&dash, &Limits::default(), true).unwrap_err(), SimulationError::EmptyRoute);

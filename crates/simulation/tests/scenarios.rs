@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests may fail loudly")]
 
+use groma_models::Token;
 use groma_simulation::scenario::{Building, SCENES};
 use groma_simulation::scenes::depot::{Depot, DepotDrive};
 use groma_simulation::world::{REFLECTOR, World};
@@ -11,7 +12,8 @@ use groma_simulation::{Scanner, Scenario, Simulated, SimulationError, simulate};
 fn drive_of(name: &str, seed: u64) -> Simulated {
     let scenario = Scenario::named(name, seed).unwrap();
     let scanner = Scanner { period: 1e4, ..scenario.scanner.clone() };
-    simulate(&Scenario { scanner, ..scenario }).unwrap_or_else(|e| panic!("{name} with seed {seed}: {e}"))
+    simulate(&Scenario { scanner, ..scenario }, &Token::new())
+        .unwrap_or_else(|e| panic!("{name} with seed {seed}: {e}"))
 }
 
 fn length(simulated: &Simulated) -> f64 {
@@ -45,7 +47,7 @@ fn the_long_loop_ends_thirty_metres_off() {
 
 #[test]
 fn the_same_seed_gives_the_same_numbers_and_another_seed_others() {
-    let run = |seed| simulate(&Scenario::named("stalls", seed).unwrap()).unwrap();
+    let run = |seed| simulate(&Scenario::named("stalls", seed).unwrap(), &Token::new()).unwrap();
     let (first, again, other) = (run(2), run(2), run(3));
     // Bit for bit, as text: NaN is equal to itself there.
     assert_eq!(format!("{:?}", first.scans), format!("{:?}", again.scans));
@@ -66,7 +68,7 @@ fn faults_leave_the_building_alone() {
 
 #[test]
 fn turns_are_wide_between_scans() {
-    let turns = simulate(&Scenario::named("turns", 1).unwrap()).unwrap();
+    let turns = simulate(&Scenario::named("turns", 1).unwrap(), &Token::new()).unwrap();
     let between = |pair: &[groma_geometry::Se2]| pair[0].between(&pair[1]).theta().abs().to_degrees();
     assert!(turns.scan_poses.windows(2).filter(|pair| between(pair) > 40.0).count() > 30);
 }
@@ -85,13 +87,13 @@ fn nonsense_is_refused_by_name() {
     assert_eq!(Scenario::named("attic", 1).unwrap_err(), SimulationError::UnknownScene("attic".to_owned()));
     let mut scenario = Scenario::default();
     scenario.scanner.period = 0.0;
-    assert!(simulate(&scenario).unwrap_err().to_string().starts_with("scanner.period = 0"));
+    assert!(simulate(&scenario, &Token::new()).unwrap_err().to_string().starts_with("scanner.period = 0"));
     let mut scenario = Scenario::default();
     scenario.scanner.dropout = 1.5;
-    assert!(simulate(&scenario).unwrap_err().to_string().contains("at most 1"));
+    assert!(simulate(&scenario, &Token::new()).unwrap_err().to_string().contains("at most 1"));
     let mut scenario = Scenario::default();
     scenario.limits.speed = f64::NAN;
-    assert!(simulate(&scenario).is_err());
+    assert!(simulate(&scenario, &Token::new()).is_err());
 }
 
 #[test]
@@ -109,7 +111,7 @@ fn scenarios_survive_json_and_unknown_settings_do_not() {
 fn depot(seed: u64, depot: Depot) -> (World, f64) {
     let scenario = Scenario::named("depot", seed).unwrap();
     let scanner = Scanner { period: 1e4, ..scenario.scanner.clone() };
-    let run = simulate(&Scenario { building: Building::Depot(depot), scanner, ..scenario }).unwrap();
+    let run = simulate(&Scenario { building: Building::Depot(depot), scanner, ..scenario }, &Token::new()).unwrap();
     let length = length(&run);
     (run.world, length)
 }

@@ -16,13 +16,13 @@ the file.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import msgspec
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from groma.bounds import in_file, require_all
 from groma.errors import UserError
 from groma.exploration import Edge, Graph, Node, check
 from groma.io.atomic import write_text
@@ -107,8 +107,8 @@ def _node(path: Path, name: str, value: object) -> Node:
         place = _Place(msgspec.convert(value, Point)) if isinstance(value, list) else msgspec.convert(value, _Place)
     except msgspec.ValidationError as error:
         raise UserError(f"{path}: node {name}: write [x, y] or {{at: [x, y], camera: false}} ({error})") from error
-    if not all(map(math.isfinite, place.at)):
-        raise UserError(f"{path}: node {name}: its position must be finite")
+    with in_file(path):
+        require_all("coordinate", f"position of node {name}", place.at)
     return Node(place.at, place.camera)
 
 
@@ -120,6 +120,8 @@ def _edge(path: Path, names: list[str], number: int, value: object) -> Edge:
         shape = "write [name, name] or {between: [name, name], via: [[x, y]]}"
         raise UserError(f"{path}: edge {number}: {shape} ({error})") from error
     first, last = (_index(path, names, name, f"edge {number}") for name in way.between)
+    with in_file(path):
+        require_all("coordinate", f"bends of edge {number}", way.via)
     return Edge((first, last), tuple(way.via))
 
 

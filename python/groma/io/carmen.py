@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError, is_within
 from groma.io import beams
 from groma.io.carmen_lines import LaserConfig, LineError, Pose, ScanLine, Tokens, number, parse_odom
 from groma.io.carmen_survey import SCAN_PARSERS, SYNTHETIC_PERIOD, Survey, differ, mount_of, survey
@@ -71,7 +72,7 @@ class CarmenRecording:
                         yield self._odom(tokens, max(scans_seen.values(), default=0))
                 elif tag != "PARAM":
                     self.notes.skip(tag)
-            except LineError as error:
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
 
     def _scan(self, tag: str, tokens: Tokens, index: int, mounts: dict[str, Pose]) -> Iterator[Message]:
@@ -120,10 +121,12 @@ class CarmenRecording:
         config, count = line.config, len(line.ranges)
         assert config is not None  # noqa: S101 (told by the caller)
         step = config.resolution or config.fov / max(count - 1, 1)
-        if not (math.isfinite(step) and math.isfinite(config.start) and abs(step) * count < 2.01 * math.pi):
+        makes_sense = is_within("angle_step", abs(step)) and is_within("angle_min", config.start)
+        if not (makes_sense and abs(step) * count < 2.01 * math.pi):
             self.notes.assume(f"{tag}: the beam geometry on the line makes no sense; taken from the number of beams")
             return self._assumed(tag, count)
-        longest = config.range_max if config.range_max > beams.RANGE_MIN else beams.LONGEST_KNOWN
+        believed = config.range_max > beams.RANGE_MIN and is_within("range", config.range_max)
+        longest = config.range_max if believed else beams.LONGEST_KNOWN
         inferred = self._no_return.get(tag)
         if inferred is not None and inferred < longest:
             self.notes.assume(

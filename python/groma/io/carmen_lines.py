@@ -8,7 +8,7 @@
 
 STAMPS is ``ipc_time host logger_time``, ``seconds host microseconds``, ``ipc_time host`` or nothing. Some writers of
 FLASER put n "too close" flags behind the ranges; the number of fields tells. A reading that is no number becomes NaN;
-a line whose fields do not add up raises :class:`LineError`.
+a line whose fields do not add up raises :class:`LineError`, a pose that no vehicle has OutOfRangeError.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from groma.bounds import require
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
@@ -148,7 +150,16 @@ def _float_or_none(token: bytes) -> float | None:
 
 
 def _pose(tokens: Tokens, at: int) -> Pose:
-    return (number(tokens[at], "x"), number(tokens[at + 1], "y"), number(tokens[at + 2], "theta"))
+    return plane_pose(tokens[at : at + 3])
+
+
+def plane_pose(tokens: Tokens) -> Pose:
+    """Return the pose x, y, theta of three fields; one that no vehicle has raises OutOfRangeError."""
+    x, y, theta = (number(token, what) for token, what in zip(tokens, ("x", "y", "theta"), strict=True))
+    require("coordinate", "x", x)
+    require("coordinate", "y", y)
+    require("angle", "theta", theta)
+    return x, y, theta
 
 
 def _sensor(tokens: Tokens) -> tuple[Array, int, Array, int]:

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError
 from groma.io import beams
 from groma.io.carmen_lines import (
     LineError,
@@ -139,7 +140,7 @@ class _Look:
 def _stamp_fields(tag: bytes, line: bytes) -> Tokens | None:
     try:
         return parse_odom(line.split())[1] if tag == b"ODOM" else SCAN_PARSERS[tag](line.split()).stamps
-    except LineError:
+    except (LineError, OutOfRangeError):
         return None
 
 
@@ -174,9 +175,12 @@ def _are_seconds_and_microseconds(stamps: list[Tokens], first: beams.Array, last
 
 def _runs(times: beams.Array) -> bool:
     """Whether times of successive lines can be a clock; a single one can."""
-    steps = np.diff(times)
-    if not len(steps) or not np.isfinite(times).all():
-        return bool(np.isfinite(times).all() and times.any())
+    finite = np.isfinite(times)
+    if finite.mean() < 0.95:
+        return False
+    steps = np.diff(times[finite])
+    if not len(steps):
+        return bool(times.any())
     return bool((steps != 0).mean() >= 0.95 and (steps > 0).mean() >= 0.8)
 
 
@@ -199,7 +203,7 @@ def _traits(tag: bytes, sample: Sample[bytes]) -> ScanTraits:
 def _parsed(tag: bytes, line: bytes) -> ScanLine | None:
     try:
         return SCAN_PARSERS[tag](line.split())
-    except LineError:
+    except (LineError, OutOfRangeError):
         return None
 
 

@@ -1,13 +1,15 @@
 """Counters that overflow, made into sums that do not: what encoders of wheels and steering report.
 
 A counter of ``modulus`` values (2^32 for an unsigned 32-bit one, the counts of a turn for an absolute encoder) has gone
-the shorter way between two readings; so it must be read at least twice per half modulus. Readings that are no numbers
-change nothing and are NaN.
+the shorter way between two readings; so it must be read at least twice per half modulus. A missing reading (NaN)
+changes nothing and is NaN.
 """
 
 from __future__ import annotations
 
 import math
+
+from groma.bounds import require
 
 
 class Counter:
@@ -19,9 +21,16 @@ class Counter:
         self._sum = 0.0
 
     def read(self, value: float) -> float:
-        """Return the count since the counter was at 0 for the first time, without overflows."""
-        if not math.isfinite(value):
+        """Return the count since the counter was at 0 for the first time, without overflows.
+
+        Raises
+        ------
+        OutOfRangeError
+            For a reading that no counter shows; the sum stands as it was.
+        """
+        if math.isnan(value):
             return math.nan
+        require("joint", "count", value)
         if math.isnan(self._last):
             self._sum = value
         else:

@@ -23,6 +23,7 @@ from typing import IO, cast
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError
 from groma.errors import UserError
 from groma.io.atomic import replacing
 from groma.io.carmen_lines import LineError, Tokens, number, parse_ranges
@@ -73,6 +74,7 @@ class CsvRecording:
             tag = fields[0].decode(errors="replace").strip()
             try:
                 if tag == "GEOMETRY":
+                    geometries.pop(_text(fields, 1), None)  # of a line that is refused, nothing must stand
                     geometries[_text(fields, 1)] = _geometry(fields)
                 elif tag == "ENCODER":
                     encoders.announce(fields)
@@ -81,7 +83,7 @@ class CsvRecording:
                         yield encoders.joints(fields) if tag == "TICKS" else _PARSERS[tag](fields, geometries)
                 elif tag and not tag.startswith("#"):
                     self.notes.skip(tag)
-            except LineError as error:
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
 
 

@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from groma.bounds import require
 from groma.io.carmen_lines import LineError, Tokens, number
 from groma.io.counters import Counter
 from groma.models import JointState
@@ -34,8 +35,10 @@ class Encoders:
             raise LineError(f"{len(fields)} fields, expected 5")
         key = (_text(fields[1]), _text(fields[2]))
         counts, modulus = number(fields[3], "counts_per_turn"), number(fields[4], "modulus")
-        if counts <= 0 or math.isinf(counts) or not modulus > 0:
-            raise LineError("counts_per_turn is above 0 or nan, modulus above 0 or inf")
+        if not math.isnan(counts):
+            require("per_turn", "counts_per_turn", counts)
+        if modulus != math.inf:
+            require("per_turn", "modulus", modulus)
         self._scales[key] = 2 * math.pi / counts
         self._counters[key] = Counter(modulus)
 

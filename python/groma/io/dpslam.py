@@ -10,8 +10,9 @@ import math
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+from groma.bounds import OutOfRangeError
 from groma.io import beams
-from groma.io.carmen_lines import LineError, Pose, Tokens, number, parse_ranges
+from groma.io.carmen_lines import LineError, Pose, Tokens, parse_ranges, plane_pose
 from groma.io.carmen_survey import LOOKED_AT, SYNTHETIC_PERIOD
 from groma.io.notes import Notes
 from groma.io.sampling import Sample
@@ -51,7 +52,7 @@ class DpSlamRecording:
                 elif streams is None or tag in streams:
                     stamp = scans * SYNTHETIC_PERIOD
                     yield Odometry(stamp, tag, *_pose(tokens)) if tag == "Odometry" else self._scan(stamp, tokens)
-            except LineError as error:
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
             scans += tag == "Laser"
 
@@ -77,7 +78,7 @@ class DpSlamRecording:
 def _pose(tokens: Tokens) -> Pose:
     if len(tokens) != 4:
         raise LineError(f"{len(tokens) - 1} fields, expected 3")
-    return (number(tokens[1], "x"), number(tokens[2], "y"), number(tokens[3], "theta"))
+    return plane_pose(tokens[1:])
 
 
 def _ranges(tokens: Tokens, notes: Notes) -> beams.Array:
@@ -109,7 +110,7 @@ def _look(path: Path) -> tuple[float | None, dict[str, int], bool]:
                 place = _pose(tokens)[:2]
             else:
                 sample.offer((parse_ranges(tokens, 1)[0], place))
-        except LineError:
+        except (LineError, OutOfRangeError):
             continue
     return _infer(sample), counts, True
 

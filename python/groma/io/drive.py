@@ -8,7 +8,7 @@ Mounting: the chain of transforms from the frame of the vehicle (the odometry's 
 grow: ``T_base_laser`` is then (x, y, yaw) and nothing else. Reversed scans keep their timing (negative time_increment).
 
 Order: a scan counts as of the time of its last beam, so odometry up to the end of a sweep precedes it; see
-``time_order.py`` for what is late. Repeated stamps and poses that are no numbers are dropped. All of it is counted in
+``time_order.py`` for what is late. Repeated stamps are dropped. All of it is counted in
 ``Drive.skipped``. Jumps of the odometry are counted and passed on: they happened.
 """
 
@@ -95,27 +95,13 @@ class Drive:
             names |= {stream.name for stream in self.recording.streams if stream.kind == "transform"}
         for message in self.recording.messages(names):
             if isinstance(message, LaserScan):
-                if message.stream == self.scans and self._has_time(message):
+                if message.stream == self.scans:
                     yield self._upright(message)
             elif isinstance(message, Odometry):
-                if message.stream == self.odometry and self._has_time(message) and self._is_pose(message):
+                if message.stream == self.odometry:
                     yield message
             elif from_tf and isinstance(message, Transform) and (message.parent, message.child) == self._edge:
-                pose = _odometry(message)
-                if self._has_time(pose) and self._is_pose(pose):
-                    yield pose
-
-    def _has_time(self, message: Odometry | LaserScan) -> bool:
-        if math.isfinite(message.stamp):
-            return True
-        self.skipped["stamps that are no number"] += 1
-        return False
-
-    def _is_pose(self, pose: Odometry) -> bool:
-        if math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.theta):
-            return True
-        self.skipped["odometry that is no number"] += 1
-        return False
+                yield _odometry(message)
 
     def _upright(self, scan: LaserScan) -> LaserScan:
         if self.mount.upside_down:

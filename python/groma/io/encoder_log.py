@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError, require, require_all
 from groma.io.carmen_lines import LineError, number
 from groma.io.counters import Counter, shorter_way
 from groma.io.notes import Notes
@@ -60,7 +61,7 @@ class EncoderLogRecording:
                             yield message
                 elif line.strip() and not line.startswith(b"#"):
                     self.notes.skip(line.split()[0].decode(errors="replace")[:20])
-            except LineError as error:
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", str(error))
 
 
@@ -69,8 +70,8 @@ def _counts(line: bytes) -> tuple[float, float]:
     if len(fields) != 2:
         raise LineError(f"{len(fields)} counts per turn, expected 2")
     steering, traction = (number(field, "counts per turn") for field in fields)
-    if not (0 < steering < math.inf and 0 < traction < math.inf):
-        raise LineError("counts per turn must be above 0")
+    for counts in (steering, traction):
+        require("per_turn", "counts per turn", counts)
     return steering, traction
 
 
@@ -79,8 +80,7 @@ def _messages(line: bytes, counts: tuple[float, float], traction: Counter) -> li
     if len(fields) != _FIELDS or (fields[2], fields[5], fields[9]) != (b"ticks:", b"model_pose:", b"tracker_pose:"):
         raise LineError("expected time: t ticks: s d model_pose: x y theta tracker_pose: x y theta")
     values = [number(fields[k], "a field") for k in (1, 3, 4, 6, 7, 8, 10, 11, 12)]
-    if not all(map(math.isfinite, values)):
-        raise LineError("a field is no number")
+    require_all("joint", "field", values)
     stamp, steering, ticks, x, y, theta, *tracked = values
     turn = 2 * math.pi
     positions = np.array([traction.read(ticks) * turn / counts[1], shorter_way(steering, counts[0]) * turn / counts[0]])

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import in_file, require, require_all
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import floats, lines
@@ -145,13 +146,16 @@ class _Reader:
         if len(values) != ids + count:
             raise UserError(f"{self.path}:{number}: {tag} has {len(values)} fields, expected {ids + count}")
         numbers = floats(self.path, number, values[ids:])
-        if not np.isfinite(numbers).all():
-            raise UserError(f"{self.path}:{number}: {tag} with NaN or infinity")
+        with in_file(self.path, number):
+            require_all("coordinate", f"{tag} x, y, theta", numbers[:3])
+            require_all("information", f"{tag} information", numbers[3:])
         return numbers
 
     def _id(self, number: int, text: str) -> int:
         if not text.isdecimal():
             raise UserError(f"{self.path}:{number}: {text} is no vertex id; ids are whole numbers from 0")
+        with in_file(self.path, number):
+            require("identity", "vertex id", int(text[:20]))
         return int(text)
 
 

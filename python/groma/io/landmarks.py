@@ -7,26 +7,28 @@ shortest text that reads back as the same number, and every landmark is one line
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import in_file
 from groma.errors import UserError
 from groma.io.atomic import write_bytes
 from groma.io.table import read_bytes
 from groma.mapping import Landmarks
 
 Pair = tuple[float, float]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 
 
 class _Landmark(msgspec.Struct, omit_defaults=True):
     type: Literal["corner", "reflector"]
     position: Pair
     covariance: tuple[Pair, Pair]
-    seen: int
-    visible: int
+    seen: Count
+    visible: Count
     orientation: float | None = None
     descriptor: str | None = None
 
@@ -62,17 +64,17 @@ def read_landmarks(path: Path) -> Landmarks:
         rows = msgspec.json.decode(read_bytes(path), type=_File).landmarks
     except msgspec.DecodeError as error:
         raise UserError(f"{path}: not a landmark map: {error}") from error
-    return Landmarks(
-        kinds=np.array([row.type for row in rows], dtype=np.str_),
-        positions=np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
-        covariances=np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
-        orientations=np.array(
-            [np.nan if row.orientation is None else row.orientation for row in rows], dtype=np.float64
-        ),
-        descriptors=_to_cells(path, rows),
-        seen=np.array([row.seen for row in rows], dtype=np.int64),
-        visible=np.array([row.visible for row in rows], dtype=np.int64),
-    )
+    orientations = [np.nan if row.orientation is None else row.orientation for row in rows]
+    with in_file(path):
+        return Landmarks(
+            kinds=np.array([row.type for row in rows], dtype=np.str_),
+            positions=np.array([row.position for row in rows], dtype=np.float64).reshape(-1, 2),
+            covariances=np.array([row.covariance for row in rows], dtype=np.float64).reshape(-1, 2, 2),
+            orientations=np.array(orientations, dtype=np.float64),
+            descriptors=_to_cells(path, rows),
+            seen=np.array([row.seen for row in rows], dtype=np.int64),
+            visible=np.array([row.visible for row in rows], dtype=np.int64),
+        )
 
 
 def _to_cells(path: Path, rows: list[_Landmark]) -> NDArray[np.uint8]:

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError, require
 from groma.io.carmen_lines import LineError, number
 from groma.io.counters import Counter
 from groma.io.notes import Notes
@@ -57,21 +58,25 @@ class MinesRecording:
             if not fields:
                 continue
             try:
-                if len(fields) != BEFORE + BEAMS:
-                    raise LineError(f"{len(fields)} columns, expected {BEFORE + BEAMS}")
-                stamp = number(fields[0], "time") * 1e-6
-                counts = [
-                    counter.read(number(field, "count")) for counter, field in zip(counters, fields[2:4], strict=True)
-                ]
-                ranges = np.array([number(field, "range") for field in fields[BEFORE:]])
-            except LineError as error:
+                joints, scan = self._messages(fields, counters)
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", str(error))
                 continue
             if streams is None or JOINTS in streams:
-                positions = np.array(counts) * (2 * math.pi / COUNTS)
-                yield JointState(stamp, JOINTS, NAMES, positions, np.full(2, np.nan))
+                yield joints
             if streams is None or SCAN in streams:
-                yield LaserScan(stamp, SCAN, "laser", GEOMETRY, self._metres(ranges))
+                yield scan
+
+    def _messages(self, fields: list[bytes], counters: Sequence[Counter]) -> tuple[JointState, LaserScan]:
+        if len(fields) != BEFORE + BEAMS:
+            raise LineError(f"{len(fields)} columns, expected {BEFORE + BEAMS}")
+        stamp = number(fields[0], "time") * 1e-6
+        require("stamp", "time", stamp)
+        counts = [counter.read(number(field, "count")) for counter, field in zip(counters, fields[2:4], strict=True)]
+        ranges = np.array([number(field, "range") for field in fields[BEFORE:]])
+        positions = np.array(counts) * (2 * math.pi / COUNTS)
+        joints = JointState(stamp, JOINTS, NAMES, positions, np.full(2, np.nan))
+        return joints, LaserScan(stamp, SCAN, "laser", GEOMETRY, self._metres(ranges))
 
     def _metres(self, ranges: np.ndarray) -> np.ndarray:
         codes = ranges < _CODES

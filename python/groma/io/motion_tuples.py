@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from groma.bounds import OutOfRangeError, require_all
 from groma.io.carmen_lines import LineError, Pose
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
@@ -50,7 +51,7 @@ class TupleRecording:
                 for interval, rates, motion in _tuples(line):
                     time, wheels, pose = time + interval, wheels + interval * rates, _composed(pose, motion)
                     yield from _at(time, wheels, pose, streams)
-            except LineError as error:
+            except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", str(error))
 
 
@@ -79,8 +80,9 @@ def _tuple(read: object) -> tuple[float, Array, Pose]:
         numbers += [float(value) for value in read["sm"]]  # type: ignore[index]
     except (ValueError, KeyError, TypeError) as error:
         raise LineError(f"no tuple of T, phi_l, phi_r and sm ({error})") from error
-    if len(numbers) != 6 or not all(map(math.isfinite, numbers)) or numbers[0] <= 0:
-        raise LineError("T must be above 0, all values finite, sm three of them")
+    if len(numbers) != 6 or numbers[0] <= 0:
+        raise LineError("T must be above 0, sm three numbers")
+    require_all("motion", "tuple", numbers)
     return numbers[0], np.array(numbers[1:3]), (numbers[3], numbers[4], numbers[5])
 
 

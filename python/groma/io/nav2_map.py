@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
+from groma.bounds import in_file
 from groma.errors import UserError
 from groma.io.atomic import write_bytes, write_text
 from groma.io.yaml_file import converted, read_yaml
@@ -80,10 +81,11 @@ def read_map(path: Path) -> OccupancyGrid:
     """
     header = _read_header(path)
     x, y, yaw = header.origin
-    if abs(math.remainder(yaw, 2 * math.pi)) > 1e-9:
+    if not (math.isfinite(yaw) and abs(math.remainder(yaw, 2 * math.pi)) <= 1e-9):
         raise UserError(f"{path}: the origin is turned by {yaw} rad: rotate the image and write 0")
     grey, opaque = _read_image(path.parent / header.image)
-    return OccupancyGrid(header.resolution, (x, y), _to_cells(header, grey, opaque)[::-1].copy())
+    with in_file(path):
+        return OccupancyGrid(header.resolution, (x, y), _to_cells(header, grey, opaque)[::-1].copy())
 
 
 def _digits(value: float) -> str:
@@ -93,10 +95,8 @@ def _digits(value: float) -> str:
 
 def _read_header(path: Path) -> _Header:
     header = converted(path, read_yaml(path), _Header, "a map")
-    if not all(map(math.isfinite, (header.resolution, *header.origin))):
-        raise UserError(f"{path}: resolution and origin must be finite")
-    if not header.free_thresh < header.occupied_thresh:
-        raise UserError(f"{path}: free_thresh must be below occupied_thresh")
+    if not 0 <= header.free_thresh < header.occupied_thresh <= 1:
+        raise UserError(f"{path}: free_thresh must be below occupied_thresh, both from 0 to 1")
     return header
 
 

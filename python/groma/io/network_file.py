@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import in_file, require, require_all
 from groma.camera import Camera
 from groma.errors import UserError
 from groma.io.atomic import write_text
@@ -87,7 +88,10 @@ def read_network(path: Path) -> tuple[tuple[MappedCamera, ...], Array | None]:
         raise UserError(f"{path}: not a network.json: {error}") from error
     if found.version != VERSION:
         raise UserError(f"{path}: version {found.version} of the format, this is {VERSION}")
-    return cameras, None if found.joint_covariance is None else np.array(found.joint_covariance)
+    joint = None if found.joint_covariance is None else np.array(found.joint_covariance)
+    with in_file(path):
+        _require(cameras, joint)
+    return cameras, joint
 
 
 def transforms(network: NetworkMap) -> str:
@@ -169,6 +173,16 @@ def _camera(camera: MappedCamera) -> dict[str, object]:
         "since": camera.since,
         "current": camera.current,
     }
+
+
+def _require(cameras: tuple[MappedCamera, ...], joint: Array | None) -> None:
+    for camera in cameras:
+        require_all("coordinate", f"pose of {camera.name}", camera.pose)
+        require_all("variance", f"covariance of {camera.name}", camera.covariance)
+        require_all("variance", f"covariance of the lens of {camera.name}", camera.intrinsics_covariance)
+        require("stamp", f"since of {camera.name}", camera.since)
+    if joint is not None:
+        require_all("variance", "joint_covariance", joint)
 
 
 def _mapped(c: _Camera) -> MappedCamera:

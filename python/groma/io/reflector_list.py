@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import in_file, require, require_all
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_bytes
@@ -40,8 +41,10 @@ def read_reflectors(path: Path) -> Landmarks:
         if not _are_numbers(fields) or len(fields) not in (2, 3):
             raise UserError(f"{path}:{number}: {line.strip()!r}: expected x,y or x,y,sigma in metres")
         values = [float(field) for field in fields]
-        if len(values) == 3 and values[2] <= 0:
-            raise UserError(f"{path}:{number}: sigma {values[2]}: must be above 0 m")
+        with in_file(path, number):
+            require_all("coordinate", "x, y", values[:2])
+            if len(values) == 3:
+                require("sigma", "sigma", values[2])
         rows.append((values[0], values[1], values[2] if len(values) == 3 else SIGMA))
     if not rows:
         raise UserError(f"{path}: no reflector in it; expected lines of x,y or x,y,sigma in metres")

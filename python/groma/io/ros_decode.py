@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from groma.bounds import OutOfRangeError, is_within
 from groma.io import beams
 from groma.io.containers import Channel
 from groma.io.notes import Notes
@@ -106,11 +107,11 @@ class Decoder:
             excess = (last - first) / step - (count - 1)
             if abs(excess) > abs(self._notes.angle_max_excess.get(topic, 0.5)):
                 self._notes.angle_max_excess[topic] = excess
-        if not longest > beams.RANGE_MIN:
+        if not (longest > beams.RANGE_MIN and is_within("range", longest)):
             self._notes.assume(f"{topic}: range_max {longest:g} m makes no sense; {beams.LONGEST_KNOWN:g} m taken")
             longest = beams.LONGEST_KNOWN
         nearest = nearest if 0 < nearest < longest else beams.RANGE_MIN
-        return BeamGeometry(float(first), float(step), dt if math.isfinite(dt) else 0.0, float(nearest), float(longest))
+        return BeamGeometry(float(first), float(step), float(dt), float(nearest), float(longest))
 
     def _odometry(self, channel: Channel, recorded: int, message: Any) -> Iterator[Odometry]:
         pose = message.pose.pose
@@ -129,16 +130,18 @@ class Decoder:
         static = channel.topic.endswith("tf_static")
         for edge in message.transforms:
             stamp = recorded * 1e-9 if static else self._time(channel, recorded, edge.header)
-            t, q = edge.transform.translation, edge.transform.rotation
-            yield Transform(
-                stamp,
-                channel.topic,
-                _frame(edge.header.frame_id),
-                _frame(edge.child_frame_id),
-                (t.x, t.y, t.z),
-                (q.x, q.y, q.z, q.w),
-                static=static,
-            )
+            try:
+                transform = _transform(edge, stamp, channel.topic, static)
+            except OutOfRangeError as error:  # the other edges of the message are good
+                self._notes.reject(channel.topic, str(error))
+                continue
+            yield transform
+
+
+def _transform(edge: Any, stamp: float, topic: str, static: bool) -> Transform:
+    t, q = edge.transform.translation, edge.transform.rotation
+    parent, child = _frame(edge.header.frame_id), _frame(edge.child_frame_id)
+    return Transform(stamp, topic, parent, child, (t.x, t.y, t.z), (q.x, q.y, q.z, q.w), static=static)
 
 
 def _yaw(q: Any) -> float:

@@ -15,6 +15,7 @@ from pathlib import Path, PurePath
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
+from groma.bounds import OutOfRangeError
 from groma.errors import UserError
 from groma.io import bag1, db3, mcap
 from groma.io.bag1 import Bag1
@@ -71,6 +72,8 @@ class BagRecording:
                 yield from self._decoder.decode(channel, recorded, content)
             except (DecodeError, CutError) as error:
                 self.notes.reject(f"{container.path.name}: message {number}", str(error))
+            except OutOfRangeError as error:
+                self.notes.reject(f"{container.path.name}: message {number}", f"{channel.topic}: {error}")
 
 
 def open_bag(path: Path) -> BagRecording:

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from groma.bounds import are_within
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_table
@@ -34,7 +35,7 @@ class Trajectory:
     poses: Array
     """(N, 3) x [m], y [m], theta [rad]."""
     skipped: int = 0
-    """Rows of the file that were left out: not finite, or without a rotation."""
+    """Rows of the file that were left out: not finite, out of bounds, or without a rotation."""
     repeated: int = 0
     """Rows of the file that were left out because an earlier row has the same stamp."""
 
@@ -48,7 +49,7 @@ def read_tum(path: Path) -> Trajectory:
         When the file cannot be read (naming the line) or holds no pose.
     """
     table = read_table(path, 8)
-    usable = np.isfinite(table).all(axis=1) & (table[:, 4:] != 0).any(axis=1)
+    usable = _are_poses(table[:, 0], table[:, 1:4], table[:, 4:]) & (table[:, 4:] != 0).any(axis=1)
     rows = table[usable]
     stamps, first = np.unique(rows[:, 0], return_index=True)
     if not len(stamps):
@@ -96,8 +97,8 @@ def read_kitti(path: Path, times: Path) -> Trajectory:
         raise UserError(f"{path}: no pose in it; expected lines of 12 numbers")
     if len(stamps) != len(matrices):
         raise UserError(f"{times}: {len(stamps)} stamps for the {len(matrices)} poses of {path}")
-    if not (np.isfinite(matrices).all() and (np.diff(stamps) > 0).all() and np.isfinite(stamps).all()):
-        raise UserError(f"{path}, {times}: poses must be finite and stamps must grow")
+    if not (_are_poses(stamps, matrices, matrices).all() and (np.diff(stamps) > 0).all()):
+        raise UserError(f"{path}, {times}: poses and stamps must be finite and within 1e7 m, stamps must grow")
     theta = np.arctan2(matrices[:, 4], matrices[:, 0])
     return Trajectory(stamps, np.column_stack([matrices[:, 3], matrices[:, 7], theta]))
 
@@ -108,6 +109,12 @@ def write_kitti(path: Path, times: Path, stamps: Array, poses: Array) -> None:
     c, s, zero, one = np.cos(theta), np.sin(theta), np.zeros(len(poses)), np.ones(len(poses))
     write_text(path, _rows(np.column_stack([c, -s, zero, x, s, c, zero, y, zero, zero, one, zero])))
     write_text(times, _rows(stamps[:, None]))
+
+
+def _are_poses(stamps: Array, positions: Array, rotations: Array) -> NDArray[np.bool_]:
+    """Return which rows hold numbers that a pose can have."""
+    places = are_within("coordinate", positions) & are_within("coordinate", rotations)
+    return places & are_within("stamp", stamps[:, None])
 
 
 def _rows(table: Array) -> str:

@@ -34,7 +34,7 @@ class WheelDrive(Drive):
         waiting = iter(self.poses)
         pose = next(waiting, None)
         for message in self.recording.messages({self.scans}):
-            if isinstance(message, LaserScan) and message.stream == self.scans and self._has_time(message):
+            if isinstance(message, LaserScan) and message.stream == self.scans:
                 while pose is not None and pose.stamp <= message.stamp + AHEAD:
                     yield pose
                     pose = next(waiting, None)

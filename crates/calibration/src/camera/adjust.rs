@@ -13,7 +13,7 @@
 use super::normal::{Block, MAX, block, squared_error};
 use super::view::View;
 use groma_geometry::{LieGroup, Se3};
-use groma_models::Camera;
+use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
 
 const FIRST_DAMPING: f64 = 1e-4;
@@ -36,11 +36,20 @@ pub(super) struct Adjusted {
     pub converged: bool,
 }
 
-/// Refines a state; nothing when it does not see its own corners.
-pub(super) fn adjust(start: State, views: &[View], free: &[bool], most_steps: usize) -> Option<Adjusted> {
+/// Refines a state; nothing when it does not see its own corners. Of cancelled work, where it was.
+pub(super) fn adjust(
+    start: State,
+    views: &[View],
+    free: &[bool],
+    most_steps: usize,
+    token: &Token,
+) -> Option<Adjusted> {
     let mut at = Adjusted { error: total_error(&start, views)?, state: start, converged: false };
     let mut damping = FIRST_DAMPING;
     for _ in 0..most_steps {
+        if token.is_cancelled() {
+            break;
+        }
         let blocks = blocks(&at.state, views)?;
         let next = loop {
             let next = step(&at.state, &blocks, free, damping)

@@ -16,7 +16,7 @@ use super::reject::{LEAST_CORNERS, kept, limit, misfit};
 use super::start::{Frame, first_camera};
 use super::view::View;
 use groma_geometry::Se3;
-use groma_models::Camera;
+use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 
 const LEAST_VIEWS: usize = 3;
@@ -86,16 +86,25 @@ struct Work {
 /// Calibrates a camera whose images have this size.
 ///
 /// # Errors
-/// [`Refusal`] when the views do not allow it: the reason, and what to do.
-pub fn calibrate(width: u32, height: u32, views: &[View], options: &Options) -> Result<CameraCalibration, Refusal> {
+/// [`Refusal`] when the views do not allow it: the reason, and what to do; or when the token cancels the work.
+pub fn calibrate(
+    width: u32,
+    height: u32,
+    views: &[View],
+    options: &Options,
+    token: &Token,
+) -> Result<CameraCalibration, Refusal> {
+    options.validate()?;
     let frame = Frame { width, height, lens: options.lens };
-    let mut all = begin(frame, views)?;
-    settle(&mut all)?;
-    let mut work = taken(&all, options.most_views).ok_or(not_settled(options))?;
+    let mut all = begin(frame, views, token)?;
+    settle(&mut all, token)?;
+    let work = taken(&all, options.most_views, token);
+    token.check()?;
+    let mut work = work.ok_or(not_settled(options))?;
     for _ in 0..ROUNDS {
         clean(&mut work, views, options.rejection);
         enough(work.views.len())?;
-        settle(&mut work)?;
+        settle(&mut work, token)?;
     }
     turned(&work)?;
     let knowledge = held(&work)?;
@@ -103,7 +112,8 @@ pub fn calibrate(width: u32, height: u32, views: &[View], options: &Options) -> 
     let variance = knowledge.blocks.iter().map(|b| b.error).sum::<f64>() / dof as f64;
     let covariance = &knowledge.covariance * variance;
     certain(&work.state.camera, &covariance, options.focal_tolerance)?;
-    let honesty = honesty(&work.state, &work.views, options.splits, options.seed);
+    let honesty = honesty(&work.state, &work.views, options.splits, options.seed, token);
+    token.check()?;
     let results = results(&work, views, &knowledge, (variance, options.rejection));
     let (rms, rms_all) = rms(&results);
     let (camera, residual_factor) = (work.state.camera, variance.sqrt());
@@ -119,13 +129,16 @@ fn not_settled(options: &Options) -> Refusal {
 }
 
 /// The usable views with a first camera and first poses.
-fn begin(frame: Frame, given: &[View]) -> Result<Work, Refusal> {
+fn begin(frame: Frame, given: &[View], token: &Token) -> Result<Work, Refusal> {
     let usable: Vec<usize> = (0..given.len()).filter(|&k| given[k].corners.len() >= LEAST_CORNERS).collect();
     enough(usable.len())?;
     let views: Vec<View> = usable.iter().map(|&k| given[k].clone()).collect();
-    let camera = first_camera(frame, &views).ok_or(Refusal::NoStart)?;
+    let camera = first_camera(frame, &views, token);
+    token.check()?;
+    let camera = camera.ok_or(Refusal::NoStart)?;
     let mut work = Work { places: vec![], views: vec![], state: State { camera, poses: vec![] } };
     for (place, view) in usable.into_iter().zip(views) {
+        token.check()?;
         let Some(poses) = both_poses(&work.state.camera, &view.corners) else { continue };
         work.places.push(place);
         work.views.push(view);
@@ -136,11 +149,12 @@ fn begin(frame: Frame, given: &[View]) -> Result<Work, Refusal> {
 }
 
 /// Refines all, and again while a mirrored pose is better.
-fn settle(work: &mut Work) -> Result<(), Refusal> {
+fn settle(work: &mut Work, token: &Token) -> Result<(), Refusal> {
     let lens = work.state.camera.lens().name();
     let free = vec![true; work.state.camera.count()];
     for _ in 0..ROUNDS {
-        let found = adjust(work.state.clone(), &work.views, &free, STEPS).ok_or(Refusal::NotSettled { lens })?;
+        let found = adjust(work.state.clone(), &work.views, &free, STEPS, token).ok_or(Refusal::NotSettled { lens })?;
+        token.check()?;
         work.state = found.state;
         if !turn_over(work) {
             return Ok(());
@@ -167,9 +181,9 @@ fn turn_over(work: &mut Work) -> bool {
 }
 
 /// The views that tell most.
-fn taken(all: &Work, most: usize) -> Option<Work> {
+fn taken(all: &Work, most: usize, token: &Token) -> Option<Work> {
     let chosen = if all.views.len() > most {
-        most_telling(&all.state, &all.views, most)?
+        most_telling(&all.state, &all.views, most, token)?
     } else {
         (0..all.views.len()).collect()
     };

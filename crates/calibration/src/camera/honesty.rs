@@ -15,6 +15,7 @@ use super::adjust::{State, adjust};
 use super::information::knowledge;
 use super::uncertainty::ProjectionMap;
 use super::view::View;
+use groma_models::Token;
 use nalgebra::{DMatrix, DVector};
 
 /// Least images of a half.
@@ -39,32 +40,40 @@ pub struct Honesty {
 type Half = (DVector<f64>, DMatrix<f64>);
 
 /// Compares halves. The views are those kept, with the state that fits all.
-pub(super) fn honesty(state: &State, views: &[View], splits: usize, seed: u64) -> Honesty {
+pub(super) fn honesty(state: &State, views: &[View], splits: usize, seed: u64, token: &Token) -> Honesty {
     let mut images: Vec<usize> = views.iter().map(|view| view.image).collect();
     images.dedup();
     let mut random = SplitMix(seed);
     let pairs: Vec<[Half; 2]> = if images.len() < 2 * LEAST_IMAGES {
         vec![]
     } else {
-        (0..splits).filter_map(|_| pair(state, views, &mut images, &mut random)).collect()
+        (0..splits).filter_map(|_| pair(state, views, &mut images, &mut random, token)).collect()
     };
     summary(state, &pairs)
 }
 
 /// Both halves of one split.
-fn pair(state: &State, views: &[View], images: &mut [usize], random: &mut SplitMix) -> Option<[Half; 2]> {
+fn pair(
+    state: &State,
+    views: &[View],
+    images: &mut [usize],
+    random: &mut SplitMix,
+    token: &Token,
+) -> Option<[Half; 2]> {
+    token.check().ok()?;
     random.shuffle(images);
     let first = &images[..images.len() / 2];
-    Some([half(state, views, |image| first.contains(&image))?, half(state, views, |image| !first.contains(&image))?])
+    let (is_first, is_second) = (|image| first.contains(&image), |image| !first.contains(&image));
+    Some([half(state, views, is_first, token)?, half(state, views, is_second, token)?])
 }
 
-fn half(state: &State, views: &[View], belongs: impl Fn(usize) -> bool) -> Option<Half> {
+fn half(state: &State, views: &[View], belongs: impl Fn(usize) -> bool, token: &Token) -> Option<Half> {
     let chosen: Vec<usize> = (0..views.len()).filter(|&k| belongs(views[k].image)).collect();
     let views: Vec<View> = chosen.iter().map(|&k| views[k].clone()).collect();
     let poses = chosen.iter().map(|&k| state.poses[k]).collect();
     let start = State { camera: state.camera.clone(), poses };
     let count = start.camera.count();
-    let found = adjust(start, &views, &vec![true; count], STEPS)?;
+    let found = adjust(start, &views, &vec![true; count], STEPS, token)?;
     let knowledge = knowledge(&found.state, &views)?.ok()?;
     let corners: usize = views.iter().map(|view| view.corners.len()).sum();
     let dof = (2 * corners).checked_sub(count + 6 * views.len()).filter(|&dof| dof > 0)?;

@@ -4,6 +4,7 @@
 use super::adjust::{State, blocks, reduced};
 use super::normal::{Block, MAX};
 use super::view::View;
+use groma_models::Token;
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix};
 
 /// Share of the largest eigenvalue of the scaled information at which a direction counts as not held.
@@ -59,7 +60,7 @@ pub(super) fn pose_covariances(block: &Block, covariance: &DMatrix<f64>) -> Opti
 }
 
 /// The views that together tell most, greedily by the determinant of the information, at most so many, in their order.
-pub(super) fn most_telling(state: &State, views: &[View], most: usize) -> Option<Vec<usize>> {
+pub(super) fn most_telling(state: &State, views: &[View], most: usize, token: &Token) -> Option<Vec<usize>> {
     let count = state.camera.count();
     let shares: Vec<DMatrix<f64>> = blocks(state, views)?
         .iter()
@@ -69,6 +70,7 @@ pub(super) fn most_telling(state: &State, views: &[View], most: usize) -> Option
     let mut sum = DMatrix::from_diagonal(&(all.diagonal() * 1e-6));
     let mut chosen = vec![];
     while chosen.len() < most.min(views.len()) {
+        token.check().ok()?;
         let gain = |k: &usize| determinant(&(&sum + &shares[*k]));
         let rest = (0..views.len()).filter(|k| !chosen.contains(k));
         let best = rest.map(|k| (gain(&k), k)).max_by(|a, b| a.0.total_cmp(&b.0))?.1;

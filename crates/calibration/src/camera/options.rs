@@ -1,5 +1,6 @@
 //! How a camera is calibrated.
 
+use super::refusal::Refusal;
 use groma_models::Lens;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,24 @@ pub struct Options {
     pub splits: usize,
     /// Seed of the splits.
     pub seed: u64,
+}
+
+impl Options {
+    /// Refuses settings that make no sense.
+    ///
+    /// # Errors
+    /// [`Refusal::Setting`], which names it and its value.
+    pub fn validate(&self) -> Result<(), Refusal> {
+        let require = |holds: bool, name, value: f64, rule| {
+            if holds { Ok(()) } else { Err(Refusal::Setting { name, value, rule }) }
+        };
+        let views = (1..=100_000).contains(&self.most_views);
+        require(views, "most_views", self.most_views as f64, "must be from 1 to 100 000")?;
+        let rejection = self.rejection > 0.0 && self.rejection <= 1e6;
+        require(rejection, "rejection", self.rejection, "must be above 0 and at most 1e6")?;
+        require(self.focal_tolerance > 0.0, "focal_tolerance", self.focal_tolerance, "must be above 0")?;
+        require(self.splits <= 10_000, "splits", self.splits as f64, "must be at most 10 000")
+    }
 }
 
 impl Default for Options {

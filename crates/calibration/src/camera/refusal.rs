@@ -1,5 +1,6 @@
 //! Why views do not allow a calibration: values, with the reason and what to do about it.
 
+use groma_models::Cancelled;
 use thiserror::Error;
 
 /// What keeps a camera from being calibrated.
@@ -48,6 +49,19 @@ pub enum Refusal {
         /// The direction in words.
         direction: String,
     },
+    /// A setting is out of range.
+    #[error("{name} = {value}: {rule}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        rule: &'static str,
+    },
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// The refinement ran away.
     #[error("the refinement did not settle: the views contradict each other or do not fit the lens model {lens}")]
     NotSettled {

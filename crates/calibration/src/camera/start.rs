@@ -15,7 +15,7 @@ use super::adjust::{Adjusted, State, adjust};
 use super::homography::homography;
 use super::panel_pose::both_poses;
 use super::view::View;
-use groma_models::{Camera, Lens};
+use groma_models::{Camera, Lens, Token};
 use nalgebra::{Matrix3, Vector2};
 
 /// Focal lengths tried, as shares of the image width: from a wide fisheye to a long lens.
@@ -36,14 +36,14 @@ pub(super) struct Frame {
     pub lens: Lens,
 }
 
-/// The best first camera; nothing when no focal length explains the views.
-pub(super) fn first_camera(frame: Frame, views: &[View]) -> Option<Camera> {
+/// The best first camera; nothing when no focal length explains the views, or the work was cancelled.
+pub(super) fn first_camera(frame: Frame, views: &[View], token: &Token) -> Option<Camera> {
     let judges = spread(views, JUDGES);
     let width = f64::from(frame.width);
     let focals = zhang(frame, &judges).into_iter().chain(FOCAL_SHARES.map(|share| share * width));
-    let mut candidates: Vec<(f64, State)> = focals.filter_map(|f| judged(frame, f, &judges)).collect();
+    let mut candidates: Vec<(f64, State)> = focals.filter_map(|f| judged(frame, f, &judges, token)).collect();
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let finals = candidates.into_iter().take(FINALISTS).filter_map(|(_, state)| rough(state, &judges));
+    let finals = candidates.into_iter().take(FINALISTS).filter_map(|(_, state)| rough(state, &judges, token));
     finals.min_by(|a, b| a.error.total_cmp(&b.error)).map(|best| best.state.camera)
 }
 
@@ -54,11 +54,12 @@ fn spread(views: &[View], most: usize) -> Vec<View> {
 }
 
 /// The capped error of a focal length, and the state that has it.
-fn judged(frame: Frame, focal: f64, views: &[View]) -> Option<(f64, State)> {
+fn judged(frame: Frame, focal: f64, views: &[View], token: &Token) -> Option<(f64, State)> {
     let camera = Camera::centred(frame.width, frame.height, frame.lens, focal).ok()?;
     let mut state = State { camera, poses: vec![] };
     let mut error = 0.0;
     for view in views {
+        token.check().ok()?;
         let (pose, of_view) = both_poses(&state.camera, &view.corners)?[0];
         error += of_view.min(CAP * view.corners.len() as f64);
         state.poses.push(pose);
@@ -67,11 +68,11 @@ fn judged(frame: Frame, focal: f64, views: &[View]) -> Option<(f64, State)> {
 }
 
 /// Focal lengths and the first coefficient of the lens, then everything, for a few steps.
-fn rough(state: State, views: &[View]) -> Option<Adjusted> {
+fn rough(state: State, views: &[View], token: &Token) -> Option<Adjusted> {
     let count = state.camera.count();
     let few: Vec<bool> = (0..count).map(|k| k < 2 || k == 4).collect();
-    let first = adjust(state, views, &few, SHORT)?;
-    adjust(first.state.clone(), views, &vec![true; count], SHORT).or(Some(first))
+    let first = adjust(state, views, &few, SHORT, token)?;
+    adjust(first.state.clone(), views, &vec![true; count], SHORT, token).or(Some(first))
 }
 
 /// The focal length that all homographies agree on best; nothing when they do not tell one.

@@ -6,7 +6,7 @@ mod scene;
 
 use groma_calibration::camera::{CameraCalibration, Options, Refusal, View, calibrate};
 use groma_geometry::Se3;
-use groma_models::{Camera, Lens};
+use groma_models::{Camera, Lens, Token};
 use nalgebra::DVector;
 use scene::Scene;
 
@@ -15,7 +15,7 @@ fn options(lens: Lens) -> Options {
 }
 
 fn quick(lens: Lens, views: &[View]) -> Result<CameraCalibration, Refusal> {
-    calibrate(640, 480, views, &Options { splits: 0, ..options(lens) })
+    calibrate(640, 480, views, &Options { splits: 0, ..options(lens) }, &Token::new())
 }
 
 fn error(found: &Camera, truth: &Camera) -> DVector<f64> {
@@ -136,7 +136,7 @@ fn corners_that_are_elsewhere_are_left_out() {
 fn halves_agree_when_the_model_is_right() {
     let mut scene = Scene::new(Lens::Radtan, 0.3, 8);
     let views = scene.views(24, 0.6, 1.2);
-    let found = calibrate(640, 480, &views, &options(Lens::Radtan)).unwrap();
+    let found = calibrate(640, 480, &views, &options(Lens::Radtan), &Token::new()).unwrap();
     let factor = found.honesty.factor.unwrap();
     assert!(found.honesty.splits == 20 && (0.5..1.5).contains(&factor), "{:?}", found.honesty);
 }
@@ -145,7 +145,7 @@ fn halves_agree_when_the_model_is_right() {
 fn halves_disagree_when_the_lens_bends_otherwise() {
     let mut scene = Scene::new(Lens::Equidistant, 0.05, 8);
     let views = scene.views(24, 0.6, 0.8);
-    let wrong = calibrate(640, 480, &views, &options(Lens::Radtan));
+    let wrong = calibrate(640, 480, &views, &options(Lens::Radtan), &Token::new());
     let factor = wrong.unwrap().honesty.factor.unwrap();
     assert!(factor > 2.0, "{factor}");
 }
@@ -155,9 +155,10 @@ fn of_many_views_those_that_tell_most_are_taken() {
     let mut scene = Scene::new(Lens::Radtan, 0.3, 9);
     let views = scene.views(40, 0.5, 1.5);
     let few = Options { splits: 0, most_views: 15, ..options(Lens::Radtan) };
-    let found = calibrate(640, 480, &views, &few).unwrap();
+    let found = calibrate(640, 480, &views, &few, &Token::new()).unwrap();
     let taken = found.views.iter().flatten().filter(|v| v.taken).count();
     assert_eq!((taken, found.views.iter().flatten().count()), (15, 40));
-    let first = calibrate(640, 480, &views[..15], &Options { splits: 0, ..options(Lens::Radtan) }).unwrap();
+    let first =
+        calibrate(640, 480, &views[..15], &Options { splits: 0, ..options(Lens::Radtan) }, &Token::new()).unwrap();
     assert!(found.covariance.determinant() < first.covariance.determinant());
 }

@@ -5,7 +5,7 @@ use groma_mapping::closure::{Closure, Verdict};
 use groma_mapping::map_result::MapResult;
 use groma_mapping::mapper::Mapper;
 use groma_mapping::options::Options;
-use groma_models::Odometry;
+use groma_models::{Odometry, Token};
 use groma_simulation::drive::{Limits, Route, WheelErrors};
 use groma_simulation::scenario::Building;
 use groma_simulation::simulate::simulate_in;
@@ -67,7 +67,7 @@ pub fn around(times: usize) -> Route {
 
 /// Drives it.
 pub fn drive(world: World, route: &Route, scenario: &Scenario) -> Simulated {
-    simulate_in(world, route, scenario).unwrap()
+    simulate_in(world, route, scenario, &Token::new()).unwrap()
 }
 
 /// Where the scanner of a scenario sits.

@@ -17,7 +17,8 @@ mod lens;
 
 pub use lens::Lens;
 
-use crate::error::{ModelError, require};
+use crate::bounds::{FOCAL, IMAGE_SIDE, LENS, PIXEL};
+use crate::error::ModelError;
 use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -177,10 +178,10 @@ impl TryFrom<CameraSpec> for Camera {
             return Err(ModelError::Parameters { lens, expected, names: names.join(", "), got });
         }
         for (name, size) in [("width", spec.width), ("height", spec.height)] {
-            require(name, f64::from(size), size > 0, "an image has pixels")?;
+            IMAGE_SIDE.check(name, f64::from(size))?;
         }
         for (k, (&name, &value)) in names.iter().zip(&spec.parameters).enumerate() {
-            require(name, value, k > 1 || value > 0.0, "must be finite, a focal length above 0")?;
+            [FOCAL, FOCAL, PIXEL, PIXEL].get(k).unwrap_or(&LENS).check(name, value)?;
         }
         let coefficients = spec.lens.coefficients(&spec.parameters[4..]);
         let limit = spec.lens.limit(&coefficients);

@@ -7,6 +7,7 @@ mod pattern;
 
 pub use pattern::{Charuco, Chessboard, Pattern, TagGrid};
 
+use crate::bounds::COORDINATE;
 use crate::error::ModelError;
 use groma_geometry::{Se3, So3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -44,8 +45,10 @@ impl Panel {
     }
 
     fn check(&self) -> Result<(), ModelError> {
+        self.position.iter().try_for_each(|&v| COORDINATE.check("position", v))?;
+        self.quaternion.iter().try_for_each(|&v| COORDINATE.check("quaternion", v))?;
         let length = self.quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-        crate::error::require("quaternion", length, length > 0.0, "must have a length above 0")?;
+        crate::error::require("quaternion", length, length > 1e-9, "must have a length above 1e-9")?;
         self.pattern.check()
     }
 }

@@ -8,6 +8,7 @@
 //! Chessboard and ChArUco (OpenCV): x to the right, y down, z into the panel; the inner corners go by rows from the top,
 //! from 0. The origin is the first inner corner of a chessboard, the upper left corner of a ChArUco board.
 
+use crate::bounds::LENGTH;
 use crate::error::{ModelError, require};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -132,14 +133,16 @@ impl Pattern {
     pub fn is_mistaken_for(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::TagGrid(a), Self::TagGrid(b)) => {
-                let meet = a.first_id < b.first_id + b.tags() && b.first_id < a.first_id + a.tags();
+                let meet = a.first_id < b.first_id.saturating_add(b.tags())
+                    && b.first_id < a.first_id.saturating_add(a.tags());
                 a.family == b.family && meet
             }
             (Self::Chessboard(a), Self::Chessboard(b)) => {
                 (a.columns, a.rows) == (b.columns, b.rows) || (a.columns, a.rows) == (b.rows, b.columns)
             }
             (Self::Charuco(a), Self::Charuco(b)) => {
-                let (last_a, last_b) = (a.first_id + a.markers(), b.first_id + b.markers());
+                let last = |board: &Charuco| board.first_id.saturating_add(board.markers());
+                let (last_a, last_b) = (last(a), last(b));
                 a.dictionary == b.dictionary && a.first_id < last_b && b.first_id < last_a
             }
             _ => false,
@@ -152,19 +155,19 @@ impl Pattern {
                 count("columns", grid.columns, 1)?;
                 count("rows", grid.rows, 1)?;
                 require("border", f64::from(grid.border), (1..=2).contains(&grid.border), "is 1 or 2 modules")?;
-                require("size", grid.size, grid.size > 0.0, "a tag has a size above 0")?;
-                require("spacing", grid.spacing, grid.spacing >= 0.0, "tags do not overlap")
+                LENGTH.check("size", grid.size)?;
+                require("spacing", grid.spacing, (0.0..=100.0).contains(&grid.spacing), "must be from 0 to 100 sizes")
             }
             Self::Chessboard(board) => {
                 count("columns", board.columns, 2)?;
                 count("rows", board.rows, 2)?;
-                require("square", board.square, board.square > 0.0, "a square has a size above 0")
+                LENGTH.check("square", board.square)
             }
             Self::Charuco(board) => {
                 count("columns", board.columns, 2)?;
                 count("rows", board.rows, 2)?;
-                require("square", board.square, board.square > 0.0, "a square has a size above 0")?;
-                let fits = board.marker > 0.0 && board.marker < board.square;
+                LENGTH.check("square", board.square)?;
+                let fits = board.marker >= LENGTH.low && board.marker < board.square;
                 require("marker", board.marker, fits, "a marker is smaller than its square")
             }
         }

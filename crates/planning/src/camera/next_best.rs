@@ -21,6 +21,7 @@ use super::step::{STRIDE, Step, variance};
 use crate::error::Error;
 use crate::exploration::Noise;
 use groma_geometry::Se2;
+use groma_models::Token;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -34,6 +35,8 @@ const DIRECTIONS: usize = 8;
 const HEADINGS: usize = 8;
 /// Places in a row and in a column, all over the floor.
 const SPOTS: usize = 6;
+/// No camera reads a panel from farther away, and no target is worth less [m], [pixel].
+const FARTHEST: f64 = 100.0;
 /// Drives that are judged by all corners.
 const FINALISTS: usize = 6;
 
@@ -68,14 +71,15 @@ impl Search {
     /// # Errors
     /// Saying which number is wrong.
     pub fn validate(&self) -> Result<(), Error> {
-        let above = "must be above 0 and finite";
         for (name, value) in [("target", self.target), ("side", self.side), ("nearest depth", self.depth[0])] {
-            Error::unless(value > 0.0 && value.is_finite(), name, value, above)?;
+            let holds = (1e-6..=FARTHEST).contains(&value);
+            Error::unless(holds, name, value, "must be above 0 and at most 100")?;
         }
-        let deep = self.depth[1] > self.depth[0] && self.depth[1].is_finite();
-        Error::unless(deep, "farthest depth", self.depth[1], "must be beyond the nearest")?;
-        let weighs = self.lambda >= 0.0 && self.lambda.is_finite();
-        Error::unless(weighs, "lambda", self.lambda, "must be 0 or more and finite")?;
+        let deep = self.depth[1] > self.depth[0] && self.depth[1] <= FARTHEST;
+        Error::unless(deep, "farthest depth", self.depth[1], "must be beyond the nearest, at most 100 m")?;
+        let weighs = (0.0..=1e12).contains(&self.lambda);
+        Error::unless(weighs, "lambda", self.lambda, "must be from 0 to 1e12")?;
+        Error::unless(self.drives <= 1000, "drives", self.drives as f64, "must be at most 1000")?;
         self.noise.validate()
     }
 
@@ -90,7 +94,7 @@ impl Search {
 ///
 /// # Errors
 /// When the request makes no sense, or the robot stands where it may not be.
-pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search) -> Result<Plan, Error> {
+pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search, token: &Token) -> Result<Plan, Error> {
     search.validate()?;
     if !search.allows(&from) {
         let (x, y, [near, far], side) = (from.x(), from.y(), search.depth, search.side);
@@ -103,9 +107,11 @@ pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search) -> Res
             break;
         }
         let here = plan.stops[plan.stops.len() - 1].pose;
-        let near = || best(stage, &plan, here, &candidates(here, search), search);
-        let far = || best(stage, &plan, here, &everywhere(search), search);
-        let Some(way) = near().or_else(far) else { break };
+        let near = || best(stage, &plan, here, &candidates(here, search), search, token);
+        let far = || best(stage, &plan, here, &everywhere(search), search, token);
+        let way = near().or_else(far);
+        token.check()?;
+        let Some(way) = way else { break };
         for stop in way {
             plan.look(stage, stop, leg);
             if plan.worst() <= search.target {
@@ -116,14 +122,14 @@ pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search) -> Res
     Ok(plan)
 }
 
-/// The stops on the way of the best drive; None when none is worth anything.
-fn best(stage: &Stage, plan: &Plan, here: Se2, candidates: &[Se2], search: &Search) -> Option<Vec<Se2>> {
+/// The stops on the way of the best drive; None when none is worth anything. Cancelled, what it found is worth nothing.
+fn best(stage: &Stage, plan: &Plan, here: Se2, candidates: &[Se2], search: &Search, token: &Token) -> Option<Vec<Se2>> {
     let value = |step: Step, told: &Told| {
         let price = step.effort() + search.lambda * variance(&search.noise, &[step.from, step.to]) + START;
         (plan.worst() / plan.knowledge.with(told).worst().max(search.target)).ln() / price
     };
     let new = |way: &[Se2]| way.iter().copied().filter(|stop| plan.is_new(stop)).collect::<Vec<_>>();
-    let steps = candidates.iter().map(|&to| Step::new(here, to));
+    let steps = candidates.iter().take_while(|_| !token.is_cancelled()).map(|&to| Step::new(here, to));
     let mut judged: Vec<_> =
         steps.map(|step| (value(step, &glimpsed(stage, &new(&step.stops(STRIDE)))), step)).collect();
     judged.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -183,7 +189,8 @@ mod tests {
     }
 
     fn planned(search: &Search) -> Plan {
-        next_best(&stage(), Knowledge::new(&stage().camera).into(), Se2::new(2.6, 0.0, PI), search).unwrap()
+        next_best(&stage(), Knowledge::new(&stage().camera).into(), Se2::new(2.6, 0.0, PI), search, &Token::new())
+            .unwrap()
     }
 
     #[test]
@@ -208,7 +215,8 @@ mod tests {
     #[test]
     fn a_camera_known_well_enough_needs_no_drive() {
         let known = planned(&Search { target: 1.0, ..Search::default() }).knowledge;
-        let plan = next_best(&stage(), known.into(), Se2::new(2.6, 0.0, PI), &Search::default()).unwrap();
+        let plan =
+            next_best(&stage(), known.into(), Se2::new(2.6, 0.0, PI), &Search::default(), &Token::new()).unwrap();
         assert!(plan.worst() <= 1.0);
         assert_eq!(plan.stops.len(), 1);
     }
@@ -218,7 +226,7 @@ mod tests {
         let search = Search { target: 2.0, depth: [1.2, 12.0], ..Search::default() };
         let from = Se2::new(11.0, 2.0, 0.0);
         assert!(stage().views(&from).is_empty());
-        let plan = next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search).unwrap();
+        let plan = next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search, &Token::new()).unwrap();
         assert!(plan.worst() <= 2.0);
     }
 
@@ -228,7 +236,7 @@ mod tests {
         let mut knowledge = Knowledge::new(&stage.camera);
         knowledge.look(&stage, &stage.views(&pose));
         let search = Search { target: 2.0, ..Search::default() };
-        let plan = next_best(&stage, Known { knowledge, looked: vec![pose] }, pose, &search).unwrap();
+        let plan = next_best(&stage, Known { knowledge, looked: vec![pose] }, pose, &search, &Token::new()).unwrap();
         let anew = planned(&search);
         assert_eq!(plan.stops.len(), anew.stops.len());
         assert!(plan.stops.iter().zip(&anew.stops).all(|(a, b)| (a.worst - b.worst).abs() < 1e-9 && a.pose == b.pose));
@@ -237,8 +245,9 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused() {
         let from = Se2::new(2.6, 0.0, PI);
-        let refused =
-            |search: Search, from| next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search).is_err();
+        let refused = |search: Search, from| {
+            next_best(&stage(), Knowledge::new(&stage().camera).into(), from, &search, &Token::new()).is_err()
+        };
         assert!(refused(Search { target: f64::NAN, ..Search::default() }, from));
         assert!(refused(Search { depth: [3.0, 2.0], ..Search::default() }, from));
         assert!(refused(Search { lambda: -1.0, ..Search::default() }, from));
@@ -251,7 +260,7 @@ mod tests {
         let fixed = &ranking(&stage, distance, &Noise::default()).unwrap()[0];
         let search = Search { target: fixed.worst, ..Search::default() };
         let from = Se2::new(distance, 0.0, PI);
-        let plan = next_best(&stage, Knowledge::new(&stage.camera).into(), from, &search).unwrap();
+        let plan = next_best(&stage, Knowledge::new(&stage.camera).into(), from, &search, &Token::new()).unwrap();
         assert!(plan.worst() <= fixed.worst);
         (plan.drive().length() / fixed.drive.length(), plan.drive().effort() / fixed.drive.effort())
     }

@@ -7,7 +7,12 @@ use super::knowledge::Knowledge;
 use super::motion::Drive;
 use super::stage::Stage;
 use super::step::{STRIDE, Step};
+use crate::error::Error;
 use groma_geometry::{Se2, wrap};
+use groma_models::Token;
+
+/// A leg that is given, at most [m].
+const LONGEST: f64 = 1e3;
 
 /// Poses nearer than this look the same [m], [rad].
 const SAME: (f64, f64) = (0.1, 0.1);
@@ -54,15 +59,22 @@ pub struct Plan {
 
 impl Plan {
     /// A drive that is given as poses to turn and drive to, with looks on the way.
-    #[must_use]
-    pub fn along(stage: &Stage, known: Known, from: Se2, poses: &[Se2]) -> Self {
+    ///
+    /// # Errors
+    /// A leg longer than 1 km, or when the token cancels the work.
+    pub fn along(stage: &Stage, known: Known, from: Se2, poses: &[Se2], token: &Token) -> Result<Self, Error> {
         let mut plan = Self::begin(stage, known, from);
         let mut here = from;
         for (leg, &to) in poses.iter().enumerate() {
-            Step::new(here, to).stops(STRIDE).into_iter().for_each(|stop| plan.look(stage, stop, leg));
+            let length = (to.translation - here.translation).norm();
+            Error::unless(length <= LONGEST, "length of a leg", length, "must be at most 1000 m")?;
+            for stop in Step::new(here, to).stops(STRIDE) {
+                token.check()?;
+                plan.look(stage, stop, leg);
+            }
             here = to;
         }
-        plan
+        Ok(plan)
     }
 
     pub(super) fn begin(stage: &Stage, known: Known, from: Se2) -> Self {

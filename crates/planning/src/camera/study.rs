@@ -13,7 +13,7 @@ use super::trial::{Tries, drawn, promised};
 use crate::error::Error;
 use groma_calibration::camera::{Options, ProjectionMap, calibrate};
 use groma_geometry::{Se3, So3};
-use groma_models::Pattern;
+use groma_models::{Pattern, Token};
 use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -63,20 +63,23 @@ pub struct Study {
     pub refused: usize,
 }
 
-/// Calibrates as often as asked, each time with the panel held anew.
+/// Calibrates as often as asked, each time with the panel held anew; every time is a step of the token.
 ///
 /// # Errors
-/// When the sitting makes no sense.
-pub fn study(sitting: &Sitting, tries: &Tries) -> Result<Study, Error> {
+/// When the sitting makes no sense, or the token cancels the work.
+pub fn study(sitting: &Sitting, tries: &Tries, token: &Token) -> Result<Study, Error> {
     sitting.validate()?;
     let stage = stage(sitting)?;
     let options = Options { splits: 0, focal_tolerance: f64::INFINITY, ..Options::default() };
     let (truth, n) = (DVector::from_column_slice(stage.camera.parameters()), stage.camera.count());
     let (mut errors, mut promises, mut calibrated) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n), 0_usize);
+    token.begin(usize::try_from(tries.runs).unwrap_or(usize::MAX));
     for run in 0..tries.runs {
+        token.step()?;
         let seed = tries.seed.wrapping_add(run);
         let seen = held(&stage, sitting, seed);
-        let found = calibrate(stage.camera.width(), stage.camera.height(), &drawn(&stage, &seen, seed), &options);
+        let (width, height) = (stage.camera.width(), stage.camera.height());
+        let found = calibrate(width, height, &drawn(&stage, &seen, seed), &options, token);
         let (Ok(found), Some(promise)) = (found, promised(&stage, &seen).covariance_of_views()) else { continue };
         let error = DVector::from_column_slice(found.camera.parameters()) - &truth;
         errors += &error * error.transpose();
@@ -99,7 +102,8 @@ pub fn study(sitting: &Sitting, tries: &Tries) -> Result<Study, Error> {
 impl Sitting {
     fn validate(&self) -> Result<(), Error> {
         let within = |x: f64, low: f64, high: f64| x > low && x <= high;
-        Error::unless(self.views > 0, "views", self.views as f64, "must be at least 1")?;
+        let views = (1..=100_000).contains(&self.views);
+        Error::unless(views, "views", self.views as f64, "must be from 1 to 100 000")?;
         Error::unless((0.0..1.4).contains(&self.tilt), "tilt", self.tilt, "must be 0 to 1.4 rad")?;
         Error::unless(within(self.distance, 0.1, 100.0), "distance", self.distance, "must be above 0.1 m")?;
         Error::unless(within(self.coverage, 0.0, 1.0), "coverage", self.coverage, "must be above 0, at most 1")?;
@@ -148,7 +152,7 @@ mod tests {
     use super::*;
 
     fn promise(sitting: Sitting) -> f64 {
-        let found = study(&sitting, &Tries { runs: 3, ..Tries::default() }).unwrap();
+        let found = study(&sitting, &Tries { runs: 3, ..Tries::default() }, &Token::new()).unwrap();
         assert_eq!(found.refused, 0, "{sitting:?}");
         100.0 * found.focal_promised
     }
@@ -166,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_sitting_that_makes_no_sense_is_refused() {
-        let refused = |sitting: Sitting| study(&sitting, &Tries::default()).is_err();
+        let refused = |sitting: Sitting| study(&sitting, &Tries::default(), &Token::new()).is_err();
         assert!(refused(Sitting { views: 0, ..Sitting::default() }));
         assert!(refused(Sitting { tilt: f64::NAN, ..Sitting::default() }));
         assert!(refused(Sitting { coverage: 0.0, ..Sitting::default() }));
@@ -176,7 +180,7 @@ mod tests {
     #[test]
     #[ignore = "a hundred calibrations"]
     fn errors_are_as_large_as_promised() {
-        let found = study(&Sitting::default(), &Tries { runs: 100, ..Tries::default() }).unwrap();
+        let found = study(&Sitting::default(), &Tries { runs: 100, ..Tries::default() }, &Token::new()).unwrap();
         assert_eq!(found.refused, 0);
         // A hundred errors tell a deviation to 7 %; the worst of many pixels is above its promise by chance.
         assert!((0.8..1.2).contains(&(found.focal / found.focal_promised)), "{found:?}");

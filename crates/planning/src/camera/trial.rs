@@ -11,6 +11,7 @@ use super::motion::Drive;
 use super::stage::{PanelView, Stage};
 use groma_calibration::camera::{Options, ProjectionMap, Sighting, View, calibrate};
 use groma_geometry::LieGroup;
+use groma_models::{Cancelled, Token};
 use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -54,25 +55,29 @@ pub struct Trials {
     pub reason: Option<String>,
 }
 
-/// Calibrates from the views of a drive.
-#[must_use]
-pub fn trials(stage: &Stage, drive: &Drive, tries: &Tries) -> Trials {
+/// Calibrates from the views of a drive; every trial is a step of the token.
+///
+/// # Errors
+/// When the token cancels the work.
+pub fn trials(stage: &Stage, drive: &Drive, tries: &Tries, token: &Token) -> Result<Trials, Cancelled> {
     let options = Options { lens: stage.camera.lens(), splits: 0, ..Options::default() };
     let (width, height) = (stage.camera.width(), stage.camera.height());
     let seen = chosen(stage, drive, tries.views);
     let (mut found, mut reason): (Vec<DVector<f64>>, _) = (vec![], None);
+    token.begin(usize::try_from(tries.runs).unwrap_or(usize::MAX));
     for run in 0..tries.runs {
-        match calibrate(width, height, &drawn(stage, &seen, tries.seed.wrapping_add(run)), &options) {
+        match calibrate(width, height, &drawn(stage, &seen, tries.seed.wrapping_add(run)), &options, token) {
             Ok(result) => found.push(DVector::from_column_slice(result.camera.parameters())),
             Err(refusal) => reason = Some(refusal.to_string()),
         }
+        token.step()?;
     }
     let knowledge = promised(stage, &seen);
     let predicted = knowledge.covariance_of_views();
     let (mean, scatter) = scatter(&found).unzip();
     let deviations = |c: &DMatrix<f64>| c.diagonal().iter().map(|variance| variance.sqrt()).collect::<Vec<_>>();
     let map = ProjectionMap::new(&stage.camera);
-    Trials {
+    Ok(Trials {
         mean: mean.map_or_else(Vec::new, |mean| mean.as_slice().to_vec()),
         deviation: scatter.as_ref().map(deviations).unwrap_or_default(),
         predicted: predicted.as_ref().map(deviations),
@@ -81,7 +86,7 @@ pub fn trials(stage: &Stage, drive: &Drive, tries: &Tries) -> Trials {
         views: seen.len(),
         refused: tries.runs - found.len() as u64,
         reason,
-    }
+    })
 }
 
 /// The views of a drive, each with the number of its image, evenly thinned.
@@ -141,7 +146,7 @@ mod tests {
         let all = upright_panels(&FAN);
         let mount = mount(2.0, (1.2_f64 / 2.6).atan()).unwrap();
         let stage = Stage::new(nominal_camera().unwrap(), mount, motion.shown(&all), SIGMA).unwrap();
-        trials(&stage, &motion.drive(2.6, motion.stops()), tries)
+        trials(&stage, &motion.drive(2.6, motion.stops()), tries, &Token::new()).unwrap()
     }
 
     fn percent(values: &[f64]) -> [f64; 3] {
@@ -196,8 +201,10 @@ mod tests {
         let mount = mount(2.0, (1.2_f64 / 2.6).atan()).unwrap();
         let stage = Stage::new(nominal_camera().unwrap(), mount, upright_panels(&FAN), SIGMA).unwrap();
         let from = Se2::new(2.6, 0.0, std::f64::consts::PI);
-        let plan = next_best(&stage, Knowledge::new(&stage.camera).into(), from, &Search::default()).unwrap();
-        let found = trials(&stage, &plan.drive(), &Tries { runs: 40, views: usize::MAX, seed: 1 });
+        let (known, search) = (Knowledge::new(&stage.camera).into(), Search::default());
+        let plan = next_best(&stage, known, from, &search, &Token::new()).unwrap();
+        let found =
+            trials(&stage, &plan.drive(), &Tries { runs: 40, views: usize::MAX, seed: 1 }, &Token::new()).unwrap();
         let (worst, promised) = (found.worst.unwrap(), found.worst_predicted.unwrap());
         println!(
             "{} looks, worst pixel {worst:.2}, promised {promised:.2}, refused {}",

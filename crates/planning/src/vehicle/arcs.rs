@@ -10,8 +10,9 @@
 
 use groma_calibration::vehicle::wheel_process::WheelProcess;
 use groma_calibration::vehicle::{Layout, Vehicle, prediction};
+use groma_models::bounds::Bound;
 use groma_models::wheel_log::Step;
-use groma_models::{Drive, WheelNoise, increment};
+use groma_models::{Drive, ModelError, WheelNoise, increment};
 use nalgebra::{DMatrix, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -64,6 +65,40 @@ impl Default for Limits {
             acceleration_max: 1.0,
             overhead: 8.0,
         }
+    }
+}
+
+impl Limits {
+    /// Refuses limits that no vehicle has.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of its bound, by name.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let angle = Bound::new("angle", 0.0, 1.57, "must be from 0 to 1.57 rad");
+        angle.check("angle_min", self.angle_min)?;
+        angle.check("angle_max", self.angle_max)?;
+        Bound::new("turn", 1e-3, 100.0, "must be from 0.001 to 100 rad").check("turn_max", self.turn_max)?;
+        Bound::new("path", 1e-3, 1e3, "must be from 0.001 to 1000 m").check("path_max", self.path_max)?;
+        let speed = Bound::new("speed", 1e-3, 1e3, "must be from 0.001 to 1000");
+        speed.check("speed", self.speed)?;
+        speed.check("acceleration_max", self.acceleration_max)?;
+        Bound::new("overhead", 0.0, 1e5, "must be from 0 to 1e5 s").check("overhead", self.overhead)
+    }
+}
+
+impl Noise {
+    /// Refuses noise that is none.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of its bound, by name.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let above = Bound::new("noise", 1e-9, 1e3, "must be from 1e-9 to 1e3");
+        above.check("place", self.place)?;
+        above.check("heading", self.heading)?;
+        let any = Bound::new("noise", 0.0, 1e3, "must be from 0 to 1e3");
+        any.check("slip", self.slip)?;
+        any.check("steering", self.steering)?;
+        Bound::new("memory", 1e-3, 1e6, "must be from 0.001 to 1e6 s").check("memory", self.memory)
     }
 }
 

@@ -12,6 +12,7 @@
 //! it from above. Planes are laid at the middle of both. Source: Kelley, J. SIAM 8 (1960), for the method; Pukelsheim,
 //! "Optimal Design of Experiments", section 3, for the information function.
 
+use groma_models::{Cancelled, Token};
 use microlp::{ComparisonOp, OptimizationDirection, Problem, SolveOutcome};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -92,14 +93,17 @@ impl Choice {
 }
 
 /// The best mixture; nothing when the arcs do not hold all parameters.
-#[must_use]
-pub fn best_mixture(choice: &Choice) -> Option<Mixture> {
+///
+/// # Errors
+/// When the token cancels the work.
+pub fn best_mixture(choice: &Choice, token: &Token) -> Result<Option<Mixture>, Cancelled> {
     let even = vec![1.0; choice.cost.len()];
-    let mut best = choice.scaled(&even)?;
+    let Some(mut best) = choice.scaled(&even) else { return Ok(None) };
     let blend: Vec<f64> = best.clone();
     let (mut planes, mut bound) = (choice.planes(&best), 0.0_f64);
     let mut recent: Vec<Vec<f64>> = Vec::new();
     for _ in 0..ROUNDS {
+        token.check()?;
         let Some(lowest) = lowest(choice, &planes) else { break };
         bound = bound.max(choice.total(&lowest));
         recent.push(lowest.clone());
@@ -117,7 +121,7 @@ pub fn best_mixture(choice: &Choice) -> Option<Mixture> {
     }
     let is_used = |k: &usize| recent.iter().rev().take(RECENT).any(|w| w[*k] > 0.0);
     let support = (0..choice.cost.len()).filter(is_used).collect();
-    Some(Mixture { cost: choice.total(&best), bound, repetitions: best, support })
+    Ok(Some(Mixture { cost: choice.total(&best), bound, repetitions: best, support }))
 }
 
 /// The cheapest mixture on the right side of all planes.

@@ -7,6 +7,8 @@
 use super::arcs::Arc;
 use groma_calibration::vehicle::Vehicle;
 use groma_geometry::Se2;
+use groma_models::ModelError;
+use groma_models::bounds::{Bound, COORDINATE};
 use nalgebra::Vector2;
 use std::f64::consts::TAU;
 
@@ -37,6 +39,17 @@ pub struct Footprint {
 }
 
 impl Footprint {
+    /// Refuses an outline that no vehicle has.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of its bound, by name.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        let reach = Bound::new("reach", 0.0, 100.0, "must be from 0 to 100 m");
+        reach.check("front", self.front)?;
+        reach.check("rear", self.rear)?;
+        reach.check("side", self.side)
+    }
+
     fn corners(&self) -> [Point; 4] {
         let (f, r, s) = (self.front, self.rear, self.side);
         [Point::new(f, s), Point::new(-r, s), Point::new(-r, -s), Point::new(f, -s)]
@@ -48,10 +61,10 @@ impl Footprint {
 }
 
 impl Floor {
-    /// Nothing for fewer than three corners, numbers that are not finite, or no area.
+    /// Nothing for fewer than three corners, numbers that are not finite or out of bounds, or no area.
     #[must_use]
     pub fn new(corners: Vec<Point>) -> Option<Self> {
-        let finite = corners.iter().all(|p| p.x.is_finite() && p.y.is_finite());
+        let finite = corners.iter().all(|p| COORDINATE.holds(p.x) && COORDINATE.holds(p.y));
         let floor = Self { corners };
         (floor.corners.len() >= 3 && finite && floor.area().abs() > 0.0).then_some(floor)
     }

@@ -4,16 +4,20 @@ use super::arcs::{Arc, Limits, Noise, candidates};
 use super::design::{Choice, best_mixture};
 use super::floor::{Floor, Footprint};
 use super::rounding::rounded;
-use groma_calibration::vehicle::{Layout, Vehicle};
+use groma_calibration::vehicle::{Layout, Vehicle as Calibrated};
 use groma_geometry::Se2;
+use groma_models::{Cancelled, ModelError, Scanner, Token, Vehicle};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
+
+/// Arcs of a plan, at most.
+const MOST_ARCS: f64 = 1e4;
 
 /// What is wanted of which vehicle, where.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
     /// The vehicle, about.
-    pub vehicle: Vehicle,
+    pub vehicle: Calibrated,
     /// What is to be estimated.
     pub layout: &'a Layout,
     /// Standard deviations wanted, of the free parameters in their order; nothing where that of a tape measure will do.
@@ -53,6 +57,15 @@ pub enum Error {
     /// The arcs that fit do not hold the parameters.
     #[error("the arcs within the limits do not hold all parameters: allow more steering angles, or a larger floor")]
     Weak,
+    /// What is wanted takes too many arcs.
+    #[error("the wanted standard deviations take more than 10 000 arcs: ask for larger ones")]
+    TooMany,
+    /// A number is out of range.
+    #[error(transparent)]
+    Number(#[from] ModelError),
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// A wanted accuracy is none.
     #[error("a wanted standard deviation must be above 0 and finite, and one must be given at least")]
     Sigma,
@@ -62,23 +75,36 @@ pub enum Error {
 ///
 /// # Errors
 /// See [`Error`].
-pub fn plan(request: &Request<'_>) -> Result<Plan, Error> {
+pub fn plan(request: &Request<'_>, token: &Token) -> Result<Plan, Error> {
     let wanted: Vec<f64> = request.sigmas.iter().flatten().copied().collect();
     if wanted.is_empty() || wanted.iter().any(|s| !s.is_finite() || *s <= 0.0) {
         return Err(Error::Sigma);
     }
+    check(request)?;
     let all = candidates(&request.vehicle, &request.limits);
     if all.is_empty() {
         return Err(Error::NoArcs);
     }
-    let (arcs, starts) = fitting(request, all);
+    let (arcs, starts) = fitting(request, all, token)?;
     if arcs.is_empty() {
         return Err(Error::NoRoom);
     }
     let choice = choice(request, &arcs);
-    let mixture = best_mixture(&choice).ok_or(Error::Weak)?;
-    let counts = rounded(&choice, &mixture);
+    token.check()?;
+    let mixture = best_mixture(&choice, token)?.ok_or(Error::Weak)?;
+    if mixture.repetitions.iter().sum::<f64>() > MOST_ARCS {
+        return Err(Error::TooMany);
+    }
+    let counts = rounded(&choice, &mixture, token)?;
     Ok(laid_out(request, &choice, &arcs, &starts, &counts, mixture.bound))
+}
+
+fn check(request: &Request<'_>) -> Result<(), Error> {
+    request.limits.validate()?;
+    request.noise.validate()?;
+    let laser = Scanner { name: String::new(), mount: request.vehicle.laser, range_offset: 0.0 };
+    Vehicle::new(request.vehicle.drive, vec![laser], request.vehicle.delay)?;
+    Ok(request.floor.as_ref().map_or(Ok(()), |(_, footprint)| footprint.validate())?)
 }
 
 /// What arcs tell, in units of the wanted standard deviations, and how long they take.
@@ -99,13 +125,20 @@ fn units(request: &Request<'_>) -> DVector<f64> {
 }
 
 /// The arcs that fit, with a start pose.
-fn fitting(request: &Request<'_>, arcs: Vec<Arc>) -> (Vec<Arc>, Vec<Se2>) {
+fn fitting(request: &Request<'_>, arcs: Vec<Arc>, token: &Token) -> Result<(Vec<Arc>, Vec<Se2>), Cancelled> {
     let Some((floor, footprint)) = &request.floor else {
         let starts = vec![Se2::IDENTITY; arcs.len()];
-        return (arcs, starts);
+        return Ok((arcs, starts));
     };
-    let start = |arc: &Arc| floor.start(&request.vehicle, arc, footprint);
-    arcs.into_iter().filter_map(|arc| start(&arc).map(|s| (arc, s))).unzip()
+    let (mut fit, mut starts) = (Vec::new(), Vec::new());
+    for arc in arcs {
+        token.check()?;
+        if let Some(start) = floor.start(&request.vehicle, &arc, footprint) {
+            fit.push(arc);
+            starts.push(start);
+        }
+    }
+    Ok((fit, starts))
 }
 
 /// Arcs one after the other: equal ones there and back where both are driven.

@@ -20,7 +20,7 @@ use crate::scenes::hall;
 use crate::world::{RayCaster, World};
 use drivetrain::{Demand, Disturbance};
 use groma_geometry::Se2;
-use groma_models::LaserScan;
+use groma_models::{LaserScan, Token};
 use nalgebra::Vector2;
 use program::Floor;
 use serde::{Deserialize, Serialize};
@@ -104,24 +104,26 @@ impl CalibrationScenario {
             ("start + delay", self.start + self.delay),
         ];
         let wrong = |name, value, rule| Err(SimulationError::Setting { name, value, rule });
-        if let Some(&(name, value)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return wrong(name, value, "must be finite and above 0");
+        if let Some(&(name, value)) = positive.iter().find(|(_, x)| !(1e-4..=1e6).contains(x)) {
+            return wrong(name, value, "must be from 1e-4 to 1e6");
         }
-        if let Some(&(name, value)) = at_least_zero.iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0)) {
-            return wrong(name, value, "must be finite and at least 0");
+        if let Some(&(name, value)) = at_least_zero.iter().find(|(_, x)| !(0.0..=1e11).contains(x)) {
+            return wrong(name, value, "must be from 0 to 1e11");
         }
+        scanner.check()?;
         self.check_program()
     }
 
     fn check_program(&self) -> Result<(), SimulationError> {
         let (name, value, holds, rule) = match self.program {
             Program::Arcs { angles, from, to, turn, pause } => {
-                let sane = angles > 0 && 0.0 < from && from <= to && to < 1.4 && turn > 0.0 && pause >= 0.0;
+                let lasts = (1..=1000).contains(&angles) && turn > 0.0 && turn < 100.0 && (0.0..1e4).contains(&pause);
+                let sane = lasts && 0.01 < from && from <= to && to < 1.4;
                 (
                     "program.from",
                     from,
                     sane,
-                    "angles run from above 0 to below 80 degrees, turn and pause are not negative",
+                    "angles run from above 0.01 to below 1.4 rad, turn and pause are not negative, nothing lasts for hours",
                 )
             }
             Program::Continuous { duration, to } => (
@@ -171,7 +173,10 @@ pub struct CalibrationDrive {
 ///
 /// # Errors
 /// When a setting makes no sense or the vehicle would leave the floor.
-pub fn simulate_calibration(scenario: &CalibrationScenario) -> Result<CalibrationDrive, SimulationError> {
+pub fn simulate_calibration(
+    scenario: &CalibrationScenario,
+    token: &Token,
+) -> Result<CalibrationDrive, SimulationError> {
     scenario.check()?;
     let floor = floor(scenario);
     let world = hall::build(floor.half, &mut Random::new(scenario.seed, Purpose::Building));
@@ -183,7 +188,9 @@ pub fn simulate_calibration(scenario: &CalibrationScenario) -> Result<Calibratio
     stays_clear(&caster, &drive, scenario.drivetrain.front())?;
     let every = (scenario.wheel_period / STEP).round().max(1.0) as usize;
     let given: Vec<usize> = (0..drive.poses.len()).step_by(every).collect();
-    let scans = sweeps(&caster, &drive, scenario);
+    let mut random = Random::new(scenario.seed, Purpose::Ranges);
+    let base_at = |stamp: f64| drive.at(stamp - scenario.start);
+    let scans = scenario.scanner.sweeps(&caster, base_at, (scenario.start, drive.duration()), &mut random, token)?;
     Ok(CalibrationDrive {
         scan_poses: scans.iter().map(|scan| drive.at(scan.stamp - scenario.start)).collect(),
         scans,
@@ -248,13 +255,4 @@ fn stays_clear(caster: &RayCaster, drive: &Drive, front: f64) -> Result<(), Simu
         }
     }
     Ok(())
-}
-
-fn sweeps(caster: &RayCaster, drive: &Drive, scenario: &CalibrationScenario) -> Vec<LaserScan> {
-    let mut random = Random::new(scenario.seed, Purpose::Ranges);
-    let scanner = &scenario.scanner;
-    let last = ((drive.duration() - scanner.duration()) / scanner.period).floor().max(0.0) as usize;
-    let base_at = |stamp: f64| drive.at(stamp - scenario.start);
-    let stamps = (0..=last).map(|k| scenario.start + k as f64 * scanner.period);
-    stamps.map(|stamp| scanner.sweep(caster, base_at, stamp, &mut random)).collect()
 }

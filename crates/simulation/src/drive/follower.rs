@@ -25,6 +25,9 @@ const ASKEW: f64 = 0.3;
 /// A vehicle that takes this many times the ideal time is not following [1].
 const PATIENCE: f64 = 20.0;
 
+/// Steps of a leg, at most.
+const MOST_STEPS: usize = 5_000_000;
+
 /// How fast the vehicle may move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -144,7 +147,7 @@ impl Drive {
     }
 
     fn turn_to(&mut self, heading: f64, limits: &Limits) -> bool {
-        let most = (PATIENCE * TAU / limits.turn_rate / limits.step) as usize;
+        let most = ((PATIENCE * TAU / limits.turn_rate / limits.step) as usize).min(MOST_STEPS);
         for _ in 0..most {
             let left = wrap(heading - self.here().theta());
             if left.abs() < ALIGNED {
@@ -158,7 +161,7 @@ impl Drive {
     }
 
     fn follow(&mut self, path: &Path, limits: &Limits) -> bool {
-        let most = (PATIENCE * (path.length() / limits.speed + 1.0) / limits.step) as usize;
+        let most = ((PATIENCE * (path.length() / limits.speed + 1.0) / limits.step) as usize).min(MOST_STEPS);
         let mut s = 0.0;
         for _ in 0..most {
             let here = self.here();

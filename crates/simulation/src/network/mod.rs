@@ -157,9 +157,18 @@ impl NetworkScene {
         let walk = [n.odometry.along, n.odometry.across, n.odometry.heading, n.odometry.turning];
         let rest = [n.corner, n.floor_height, n.floor_tilt, n.focal, n.mount, n.mount_turn, n.view[0], n.view[1]];
         for value in walk.into_iter().chain(rest) {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(SimulationError::Setting { name: "noise", value, rule: "must be 0 or more" });
+            if !(0.0..=1e3).contains(&value) {
+                return Err(SimulationError::Setting { name: "noise", value, rule: "must be from 0 to 1000" });
             }
+        }
+        for value in self.stops.iter().flatten().copied() {
+            if value.is_nan() || value.abs() > 1e4 {
+                return Err(SimulationError::Setting { name: "stops", value, rule: "must be within 10 km" });
+            }
+        }
+        if !(1..=1000).contains(&self.frames.max(1)) {
+            let (name, value, rule) = ("frames", self.frames as f64, "must be at most 1000");
+            return Err(SimulationError::Setting { name, value, rule });
         }
         if self.stops.len() < 2 {
             return Err(SimulationError::EmptyRoute);

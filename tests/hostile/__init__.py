@@ -1,0 +1,1 @@
+"""Hostile input: what no sensor, file or setting should hold."""
