@@ -20,7 +20,6 @@ from groma.io.network_file import read_network
 from groma.io.network_recording import open_network, read_covariance, write_network
 from groma.models import Odometry
 from groma.network import NetworkMap, NetworkMapper, rotation_matrix
-from groma.network_findings import network_findings
 from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
 from groma.rendered_network import rendered_messages
 from groma.rendering import Gray
@@ -127,7 +126,9 @@ def test_a_camera_that_was_hit_is_told_and_mapped_anew() -> None:
     network = mapped(simulate_network(scene))
     assert [name for name, _, _ in network.moved] == ["camera4"]
     assert "camera4 moved during the survey and was mapped anew" in network_verdict(network)
-    assert any("camera4 was moved during the survey, by " in found.text for found in network_findings(network))
+    told = next(found for found in network.findings if found.code == "camera-moved")
+    assert "camera4 was moved during the survey, by " in told.text
+    assert told.values["turn"][0] == pytest.approx(0.05, abs=0.02)
     _, old, new = network.moved[0]
     assert not network.cameras[old].current
     assert network.cameras[new].current

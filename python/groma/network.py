@@ -9,6 +9,7 @@ rot y, rot z, all in the axes of W, the rotation about the camera's own centre. 
 from __future__ import annotations
 
 import json
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ from groma import _core
 from groma.camera import Camera
 from groma.detection import Detection
 from groma.errors import EstimationError, UserError
+from groma.findings import Finding, of_core
 from groma.models import Odometry
 from groma.target import Target
 
@@ -113,9 +115,16 @@ class NetworkMap:
     """Cameras that seem moved when it must be the odometry that slipped; 0 otherwise."""
     residuals: Mapping[str, tuple[float, int]]
     """Sum of squares in standard deviations and number, of corners, odometry, floor and priors."""
-    unknowns: int
+    corner_chi_square: float
+    """Of all corners per degree of freedom: near 1 the stated sigmas are honest; NaN without any."""
+    odometry_error: float
+    """How far odometry alone ends from the last stop of the map [m]; NaN without a map."""
+    path_length: float
+    """Of the straight lines from stop to stop, by odometry [m]."""
     steps: int
     converged: bool
+    findings: tuple[Finding, ...] = ()
+    """What the core noticed, the weightiest first."""
     counts: Mapping[str, float] = field(default_factory=dict)
     """Messages read and left out."""
 
@@ -178,13 +187,15 @@ class NetworkMapper:
         taken = self._core.push_detection(message.stamp, camera, panel, stop, ids, pixels, sigma)
         self._counts["detections read" if taken else "left out: detections that make no sense"] += 1
 
-    def finish(self, settings: Mapping[str, object] | None = None) -> NetworkMap:
+    def finish(self, settings: Mapping[str, object] | None = None, *, token: _core.Token | None = None) -> NetworkMap:
         """Return the map of all that came so far.
 
         Parameters
         ----------
         settings
             Those of :func:`network_defaults`; what is left out has its default.
+        token
+            Ends the work when it is cancelled.
 
         Raises
         ------
@@ -192,9 +203,11 @@ class NetworkMapper:
             When a setting is unknown or out of range.
         EstimationError
             When the messages do not allow a map.
+        KeyboardInterrupt
+            When the token was cancelled.
         """
         try:
-            arrays = self._core.finish(json.dumps(settings or {}))
+            arrays = self._core.finish(json.dumps(settings or {}), token)
         except ValueError as error:
             raise UserError(f"setting of cameras: {error}") from error
         except RuntimeError as error:
@@ -215,7 +228,6 @@ def _network(arrays: dict[str, Any], names: tuple[str, ...], counts: dict[str, f
         used=arrays["used"],
         chi_squares=arrays["view_chi"],
     )
-    corners = (float(views.chi_squares[:, 0].sum()), int(views.chi_squares[:, 1].sum()))
     return NetworkMap(
         cameras=cameras,
         unseen=tuple(name for name in names if name not in seen),
@@ -230,19 +242,24 @@ def _network(arrays: dict[str, Any], names: tuple[str, ...], counts: dict[str, f
         views=views,
         moved=tuple((names[camera], int(old), int(new)) for camera, old, new in arrays["moved"]),
         slipped=arrays["slip"],
-        residuals={"corners": corners, **{kind: (chi, n) for kind, (chi, n) in arrays["residuals"]}},
-        unknowns=arrays["unknowns"],
+        residuals={kind: (chi, n) for kind, (chi, n) in arrays["residuals"]},
+        corner_chi_square=_number(arrays["corner_chi_square"]),
+        odometry_error=_number(arrays["odometry_error"]),
+        path_length=arrays["path_length"],
         steps=arrays["steps"][0],
         converged=arrays["steps"][1],
+        findings=of_core(arrays["findings"]),
         counts=counts,
     )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _cameras(arrays: dict[str, Any], names: tuple[str, ...]) -> list[MappedCamera]:
     found = []
     for k, (camera, since, current, views) in enumerate(arrays["camera_heads"]):
-        chi, count = arrays["camera_chi"][k]
-        dof = max(count - 6 * views, 1)  # the pose of the robot at each view takes up six
         found.append(
             MappedCamera(
                 name=names[camera],
@@ -251,7 +268,7 @@ def _cameras(arrays: dict[str, Any], names: tuple[str, ...]) -> list[MappedCamer
                 camera=msgspec.json.decode(arrays["intrinsics"][k], type=Camera),
                 intrinsics_covariance=arrays["intrinsics_covariances"][k],
                 views=int(views),
-                chi_square_per_dof=float(chi / dof),
+                chi_square_per_dof=float(arrays["camera_chi"][k]),
                 since=float(arrays["halt_stamps"][since]),
                 current=bool(current),
             )

@@ -43,7 +43,7 @@ fn main() {
     let mut draw = Draw(1);
     let (batch, start, truth) = problem(cameras, each, &mut draw);
     let begin = Instant::now();
-    let solution = batch.solve(start).unwrap();
+    let solution = batch.solve(start, &groma_models::Token::new()).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
     let error = |k: usize| (solution.state.places[k].translation - truth[k].translation).norm();
     let mean = (0..cameras).map(error).sum::<f64>() / cameras as f64;

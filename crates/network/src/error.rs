@@ -1,5 +1,6 @@
 //! What may go wrong with a network, as values.
 
+use groma_models::Cancelled;
 use thiserror::Error;
 
 /// The one error of this crate.
@@ -18,6 +19,9 @@ pub enum Error {
         /// What it must be.
         rule: &'static str,
     },
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     /// There is nothing to estimate from.
     #[error("{0}")]
     NoData(String),

@@ -11,6 +11,7 @@ pub mod hand_eye;
 pub mod measurement;
 pub mod odometry;
 pub mod options;
+pub mod standstill;
 pub mod survey;
 pub mod view;
 

@@ -11,7 +11,9 @@
 pub mod map_at_poses;
 pub mod message;
 pub mod order;
+pub mod survey;
 
 pub use map_at_poses::MapAtPoses;
 pub use message::Message;
 pub use order::{Left, Order};
+pub use survey::SurveyCameras;

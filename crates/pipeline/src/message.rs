@@ -52,14 +52,18 @@ pub struct Imu {
     pub linear_acceleration: Vector3<f64>,
 }
 
-/// Corners of a target in an image.
+/// Corners of one panel of a target in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detections {
     /// Time [s].
     pub stamp: f64,
     /// Which camera, in the order of the survey.
     pub camera: usize,
-    /// Corner of the target, u and v [pixel], their standard deviation [pixel].
+    /// Which panel of the target.
+    pub panel: usize,
+    /// Number of the stop that it was taken at, where it is known.
+    pub stop: Option<u64>,
+    /// Corner of the panel, u and v [pixel], their standard deviation [pixel].
     pub corners: Vec<(usize, f64, f64, f64)>,
 }
 

@@ -1,17 +1,23 @@
 //! `groma.network` and simulated networks: JSON and arrays in, arrays out. Poses are rows `x y z qx qy qz qw`.
 
 use crate::camera::{invalid, parse};
+use crate::findings::to_list;
+use crate::token::{Token, interruptible};
 use groma_geometry::{Se2, Se3, So3};
-use groma_models::{Camera, Target};
+use groma_models::{Camera, Odometry, Target};
 use groma_network::hand_eye;
-use groma_network::survey::{Detection, KnownCamera, NetworkMap, Verdict, lens};
+use groma_network::standstill::Standstill as Core;
+use groma_network::survey::result::{sigma_position, sigma_rotation};
+use groma_network::survey::{CameraResult, KnownCamera, NetworkMap, Verdict, lens};
 use groma_network::view::{Corner, average};
-use groma_network::{Options, Survey};
+use groma_network::{Error, Options};
+use groma_pipeline::message::Detections;
+use groma_pipeline::{Message, SurveyCameras};
 use groma_simulation::network::{NETWORK_SCENES, NetworkRecording, NetworkScene, simulate};
 use nalgebra::{DMatrix, Matrix6, Quaternion, UnitQuaternion, Vector2, Vector3};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -22,7 +28,43 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(network_scene, m)?)?;
     m.add_function(wrap_pyfunction!(simulate_network, m)?)?;
     m.add_function(wrap_pyfunction!(place_by_poses, m)?)?;
-    m.add_class::<NetworkSurvey>()
+    m.add_function(wrap_pyfunction!(pose_sigmas, m)?)?;
+    m.add_class::<NetworkSurvey>()?;
+    m.add_class::<Standstill>()
+}
+
+/// Standard deviations of position [m] and rotation [rad] along their worst directions, by a covariance (6, 6).
+#[pyfunction]
+fn pose_sigmas(covariance: PyReadonlyArray2<'_, f64>) -> PyResult<(f64, f64)> {
+    let view = covariance.as_array();
+    if view.dim() != (6, 6) {
+        return Err(PyValueError::new_err(format!("covariance: must be 6 x 6, not {:?}", view.dim())));
+    }
+    let covariance = Matrix6::from_fn(|i, j| view[(i, j)]);
+    Ok((sigma_position(&covariance), sigma_rotation(&covariance)))
+}
+
+/// Tells stops from odometry as it comes.
+#[pyclass]
+#[derive(Default)]
+struct Standstill(Core);
+
+#[pymethods]
+impl Standstill {
+    #[new]
+    fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether the robot stands at the time of a reading.
+    fn push(&mut self, stamp: f64, x: f64, y: f64, theta: f64) -> bool {
+        self.0.push(Odometry { stamp, pose: Se2::new(x, y, theta) })
+    }
+
+    /// Forgets all: the sender started anew, or its clock was set.
+    fn restart(&mut self) {
+        self.0.restart();
+    }
 }
 
 /// The settings of a survey and their defaults.
@@ -73,7 +115,7 @@ fn seen(py: Python<'_>, out: &Bound<'_, PyDict>, recording: &NetworkRecording) -
 
 /// A survey that messages are pushed into; `finish` may be called at any time.
 #[pyclass]
-struct NetworkSurvey(Survey);
+struct NetworkSurvey(SurveyCameras);
 
 #[pymethods]
 impl NetworkSurvey {
@@ -85,13 +127,13 @@ impl NetworkSurvey {
             Ok(KnownCamera { name, camera: parse(&camera)?, covariance })
         };
         let cameras = cameras.into_iter().map(known).collect::<PyResult<Vec<_>>>()?;
-        Survey::new(parse(target)?, cameras).map(Self).map_err(invalid)
+        SurveyCameras::new(parse(target)?, cameras).map(Self).map_err(invalid)
     }
 
     /// False when it is not finite.
     fn push_odometry(&mut self, stamp: f64, x: f64, y: f64, theta: f64) -> bool {
-        let finite = [x, y, theta].iter().all(|v| v.is_finite());
-        finite && self.0.push_odometry(stamp, Se2::new(x, y, theta))
+        let pose = Se2::new(x, y, theta);
+        self.0.push(Message::Odometry(Odometry { stamp, pose }))
     }
 
     /// False when it makes no sense.
@@ -106,18 +148,39 @@ impl NetworkSurvey {
         pixels: PyReadonlyArray2<'_, f64>,
         sigmas: PyReadonlyArray1<'_, f64>,
     ) -> bool {
-        let Some(ids) = ids.as_array().iter().map(|&id| u32::try_from(id).ok()).collect() else { return false };
-        let pixels = pixels.as_array().outer_iter().map(|p| Vector2::new(p[0], p[1])).collect();
-        let sigmas = sigmas.as_array().to_vec();
-        self.0.push_detection(Detection { stamp, camera, panel, stop, ids, pixels, sigmas })
+        let (ids, pixels, sigmas) = (ids.as_array(), pixels.as_array(), sigmas.as_array());
+        let fits = pixels.dim() == (ids.len(), 2) && sigmas.len() == ids.len();
+        let corner =
+            |k: usize| (usize::try_from(ids[k]).unwrap_or(usize::MAX), pixels[(k, 0)], pixels[(k, 1)], sigmas[k]);
+        let corners = if fits { (0..ids.len()).map(corner).collect() } else { vec![(usize::MAX, 0.0, 0.0, 0.0)] };
+        self.0.push(Message::Detections(Detections { stamp, camera, panel, stop, corners }))
     }
 
-    /// The map as a dict of arrays.
-    fn finish<'py>(&self, py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyDict>> {
+    /// Number of the stop that lasts (None while it moves), stops so far, images and stops of each camera.
+    fn state(&self) -> (Option<usize>, usize, Vec<(usize, usize)>) {
+        let state = self.0.state();
+        (state.stop, state.stops, state.views.iter().map(|v| (v.images, v.stops)).collect())
+    }
+
+    /// The map as a dict of arrays, with `findings`.
+    #[pyo3(signature = (options, token=None, show=None))]
+    fn finish<'py>(
+        &self,
+        py: Python<'py>,
+        options: &str,
+        token: Option<&Token>,
+        show: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let options: Options = parse(options)?;
         options.check().map_err(invalid)?;
-        let map = py.detach(|| self.0.finish(&options)).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        to_dict(py, &map)
+        let found = interruptible(py, token, show.as_ref(), |token| self.0.finish(&options, token))?;
+        let found = found.map_err(|e| match e {
+            Error::Cancelled(_) => PyKeyboardInterrupt::new_err(e.to_string()),
+            _ => PyRuntimeError::new_err(e.to_string()),
+        })?;
+        let out = to_dict(py, &found.map)?;
+        out.set_item("findings", to_list(py, &found.findings)?)?;
+        Ok(out)
     }
 }
 
@@ -136,8 +199,11 @@ fn to_dict<'py>(py: Python<'py>, map: &NetworkMap) -> PyResult<Bound<'py, PyDict
     out.set_item("moved", rows(py, map.moved.iter().map(|m| [m.camera, m.from, m.to].map(|v| v as i64))))?;
     out.set_item("slip", map.slip.map_or(0, |slip| slip.cameras))?;
     let r = &map.residuals;
-    out.set_item("residuals", [("odometry", r.odometry), ("floor", r.floor), ("priors", r.priors)].to_vec())?;
-    out.set_item("unknowns", map.unknowns)?;
+    let kinds = [("corners", r.corners()), ("odometry", r.odometry), ("floor", r.floor), ("priors", r.priors)];
+    out.set_item("residuals", kinds.to_vec())?;
+    out.set_item("corner_chi_square", map.corner_chi_square())?;
+    out.set_item("odometry_error", map.odometry_error())?;
+    out.set_item("path_length", map.path_length())?;
     out.set_item("steps", map.steps)?;
     Ok(out)
 }
@@ -148,7 +214,7 @@ fn cameras(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResul
     out.set_item("camera_heads", rows(py, heads))?;
     out.set_item("cameras", poses(py, all.iter().map(|c| &c.pose)))?;
     out.set_item("covariances", sixes(all.iter().map(|c| c.covariance)).into_pyarray(py))?;
-    out.set_item("camera_chi", rows(py, all.iter().map(|c| [c.chi_square.0, c.chi_square.1 as f64])))?;
+    out.set_item("camera_chi", column(py, all.iter().map(CameraResult::chi_square_per_dof)))?;
     let lenses: Result<Vec<String>, _> = all.iter().map(|c| serde_json::to_string(&c.intrinsics)).collect();
     out.set_item("intrinsics", lenses.map_err(invalid)?)?;
     let spreads: Vec<_> = all.iter().map(|c| dense(&c.intrinsics_covariance).into_pyarray(py)).collect();

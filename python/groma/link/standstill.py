@@ -1,25 +1,17 @@
 """When a robot stands still, from its odometry: pairs what cameras see with stops instead of clocks.
 
-It stands when within the last `SETTLE` seconds no pose was further than `SHIFT` or `TURN` from the newest; it has gone
-on as soon as one is. So vibrations have died away when images are taken. No odometry, no stop.
+The core decides (`docs/theory/camera_network.md`): the robot stands when it has not moved for half a second, and has
+gone on as soon as it is two millimetres or a fifth of a degree from where it began to stand. No odometry, no stop.
 """
 
 from __future__ import annotations
 
-import math
-from collections import deque
-
+from groma import _core
 from groma.link.protocol import Odometry
-
-SETTLE = 0.5
-"""Time without motion before it counts [s]."""
-SHIFT = 0.002
-"""[m]."""
-TURN = math.radians(0.2)
 
 
 class Standstill:
-    """Tell stops from the poses of the robot, given in the order of time.
+    """Tell stops from the poses of the robot, given in the order of their arrival.
 
     Examples
     --------
@@ -33,27 +25,20 @@ class Standstill:
     """
 
     def __init__(self) -> None:
-        self._recent: deque[Odometry] = deque()
+        self._core = _core.Standstill()
+        self._newest: Odometry | None = None
 
     def take(self, pose: Odometry) -> bool:
-        """Return whether the robot stands at the time of a pose; poses of the past are passed over."""
-        recent = self._recent
-        if recent and (pose.boot != recent[-1].boot or _moved(recent[-1], pose)):
-            recent.clear()
-        if recent and pose.stamp < recent[-1].stamp:
-            return self._settled()
-        recent.append(pose)
-        while len(recent) > 2 and recent[-1].stamp - recent[1].stamp >= SETTLE:
-            recent.popleft()
-        if any(_moved(old, pose) for old in recent):
-            recent.clear()
-            recent.append(pose)
-        return self._settled()
-
-    def _settled(self) -> bool:
-        return self._recent[-1].stamp - self._recent[0].stamp >= SETTLE - 1e-9
+        """Return whether the robot stands at the time of a pose; poses that were sent again change nothing."""
+        newest = self._newest
+        if newest is not None and _anew(newest, pose):
+            self._core.restart()
+            newest = None
+        if newest is None or pose.stamp >= newest.stamp:
+            self._newest = pose
+        return self._core.push(pose.stamp, pose.x, pose.y, pose.theta)
 
 
-def _moved(a: Odometry, b: Odometry) -> bool:
-    turn = math.remainder(b.theta - a.theta, math.tau)
-    return math.hypot(b.x - a.x, b.y - a.y) > SHIFT or abs(turn) > TURN
+def _anew(newest: Odometry, pose: Odometry) -> bool:
+    """Whether the robot started anew, or its clock was set back: a later message has an earlier stamp."""
+    return pose.boot != newest.boot or (pose.sequence > newest.sequence and pose.stamp < newest.stamp)

@@ -1,6 +1,6 @@
 """What the map of a camera network amounts to in numbers: the content of metrics.json.
 
-sigma                 of a position: root of the largest eigenvalue of its covariance; of a rotation likewise
+sigma                 of a position: along its worst direction; of a rotation: about its worst axis
 chi_square_per_dof    of corners: sum of squares in standard deviations / (coordinates - unknowns); of a camera:
                       / (coordinates - 6 views); of odometry and floor: / number. Near 1 the stated sigmas are honest.
 honesty factor        root of the corners' chi_square_per_dof: by how much their sigma would have to grow to be 1
@@ -14,6 +14,7 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
+from groma import _core
 from groma.network import MappedCamera, NetworkMap
 
 Array = NDArray[np.float64]
@@ -22,35 +23,17 @@ Figure = float | int | None
 
 def sigma_position(camera: MappedCamera) -> float:
     """Return the standard deviation of a position along its worst direction [m]."""
-    return float(np.sqrt(np.linalg.eigvalsh(camera.covariance[:3, :3])[-1]))
+    return _core.pose_sigmas(camera.covariance)[0]
 
 
 def sigma_rotation(camera: MappedCamera) -> float:
     """Return the standard deviation of a rotation about its worst axis [rad]."""
-    return float(np.sqrt(np.linalg.eigvalsh(camera.covariance[3:, 3:])[-1]))
+    return _core.pose_sigmas(camera.covariance)[1]
 
 
 def current(network: NetworkMap) -> list[MappedCamera]:
     """Return the cameras where they are now."""
     return [camera for camera in network.cameras if camera.current]
-
-
-def corner_chi_square(network: NetworkMap) -> float:
-    """Return the chi-square of the corners per degree of freedom; NaN without any."""
-    chi, count = network.residuals["corners"]
-    dof = count - network.unknowns
-    return chi / dof if dof > 0 else math.nan
-
-
-def odometry_error(network: NetworkMap) -> float:
-    """Return how far odometry alone ends from the map's last stop [m]."""
-    halt = int(network.stop_halts[-1])
-    return float(np.hypot(*(network.odometry[halt, :2] - network.stops[-1, :2])))
-
-
-def path_length(network: NetworkMap) -> float:
-    """Return the length of the straight lines from stop to stop [m]."""
-    return float(np.linalg.norm(np.diff(network.odometry[:, :2], axis=0), axis=1).sum())
 
 
 def network_figures(network: NetworkMap) -> dict[str, object]:
@@ -65,12 +48,12 @@ def network_figures(network: NetworkMap) -> dict[str, object]:
         "stops": len(network.halt_stamps),
         "views": {verdict: verdicts[verdict] for verdict in sorted(verdicts)},
         "views_in_the_map": len(network.views.used),
-        "path_m": path_length(network),
-        "odometry_error_at_the_end_m": odometry_error(network),
+        "path_m": network.path_length,
+        "odometry_error_at_the_end_m": network.odometry_error,
         "largest_sigma_position_m": max((sigma_position(c) for c in current(network)), default=None),
         "largest_sigma_rotation_rad": max((sigma_rotation(c) for c in current(network)), default=None),
-        "corner_chi_square_per_dof": _number(corner_chi_square(network)),
-        "honesty_factor": _number(math.sqrt(corner_chi_square(network))),
+        "corner_chi_square_per_dof": _number(network.corner_chi_square),
+        "honesty_factor": _number(math.sqrt(network.corner_chi_square)),
         "odometry_chi_square_per_dof": _ratio(network.residuals["odometry"]),
         "floor_chi_square_per_dof": _ratio(network.residuals["floor"]),
         "filter_nis_per_dof": _number(float(np.mean(fused)) / 6) if len(fused) else None,

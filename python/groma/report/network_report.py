@@ -6,14 +6,7 @@ from groma.io.toml import to_toml
 from groma.network import NetworkMap
 from groma.report import network_pictures as pictures
 from groma.report.findings_section import findings_section
-from groma.report.network_figures import (
-    corner_chi_square,
-    current,
-    odometry_error,
-    path_length,
-    sigma_position,
-    sigma_rotation,
-)
+from groma.report.network_figures import current, sigma_position, sigma_rotation
 from groma.report.network_words import remedies, weak_directions
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import angle, length, number
@@ -71,11 +64,11 @@ def _facts(network: NetworkMap) -> Html:
             ("cameras", str(len(mapped))),
             ("stops", str(len(network.halt_stamps))),
             ("views in the map", str(len(network.views.used))),
-            ("driven", length(path_length(network))),
-            ("odometry alone, off at the end", length(odometry_error(network))),
+            ("driven", length(network.path_length)),
+            ("odometry alone, off at the end", length(network.odometry_error)),
             ("largest σ of a position", length(max(map(sigma_position, mapped)))),
             ("largest σ of a direction", angle(max(map(sigma_rotation, mapped)))),
-            ("corners, χ²/dof", number(corner_chi_square(network), 2)),
+            ("corners, χ²/dof", number(network.corner_chi_square, 2)),
         ]
     )
 

@@ -4,16 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from groma.network import MappedCamera, NetworkMap
-from groma.report.network_figures import current, odometry_error, sigma_position, sigma_rotation
+from groma.network import NetworkMap
+from groma.report.network_figures import current, sigma_position, sigma_rotation
 from groma.report.words import angle, count, length
-
-WEAK_SHARE = 3.0
-"""A direction is weak when its sigma is so many times the next smaller one."""
-UNTOLD_SHARE = 0.9
-"""The survey told nothing of a mount direction whose sigma it left at this share of the given one."""
 
 
 def network_verdict(network: NetworkMap) -> str:
@@ -37,19 +30,17 @@ def network_verdict(network: NetworkMap) -> str:
 def weak_directions(network: NetworkMap) -> list[str]:
     """Return what the survey does not tell, or tells badly."""
     found = [_height(network)]
-    found += [text for camera in current(network) if (text := _direction(camera))]
-    return found
+    return found + [finding.text for finding in network.findings if finding.code == "camera-weak"]
 
 
 def remedies(network: NetworkMap) -> str:
     """Return what to do for a better map."""
     mapped = current(network)
     worst = max(mapped, key=sigma_position)
-    drift = odometry_error(network)
     return (
-        f"Odometry alone ends {length(drift)} off; what is left of it grows with the distance from the start and from "
-        f"places passed twice. To know {worst.name} better, drive past it again from a camera that is known well, and "
-        "close the loop."
+        f"Odometry alone ends {length(network.odometry_error)} off; what is left of it grows with the distance from "
+        f"the start and from places passed twice. To know {worst.name} better, drive past it again from a camera that "
+        "is known well, and close the loop."
     )
 
 
@@ -65,16 +56,3 @@ def _height(network: NetworkMap) -> str:
         "Height: a robot on a level floor cannot tell how high its target is (an uneven one tells a little). "
         f"All heights of cameras share its σ, {length(sigma)}."
     )
-
-
-def _direction(camera: MappedCamera) -> str:
-    values, vectors = np.linalg.eigh(camera.covariance[:3, :3])
-    sigmas = np.sqrt(np.maximum(values, 0.0))
-    if sigmas[2] < WEAK_SHARE * max(sigmas[1], 1e-9) or sigmas[2] < 0.02:
-        return ""
-    x, y, z = vectors[:, 2]
-    if abs(z) > 0.9:
-        way = "in height"
-    else:
-        way = f"along {round(math.degrees(math.atan2(y, x))) % 180}° from the x axis of the map"
-    return f"{camera.name}: σ {length(float(sigmas[2]))} {way}, {length(float(sigmas[1]))} across it."

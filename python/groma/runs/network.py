@@ -6,7 +6,6 @@ from groma.errors import EstimationError
 from groma.io.network_recording import NetworkRecording
 from groma.io.network_results import save_network
 from groma.network import NetworkMap, NetworkMapper
-from groma.network_findings import network_findings
 from groma.report.network_figures import network_figures
 from groma.report.network_report import network_report
 from groma.report.network_words import network_verdict
@@ -32,12 +31,13 @@ def map_network_into(run: Run, recording: NetworkRecording, settings: Settings) 
             mapper.push(message, stop)
             show(count)
     try:
-        network = mapper.finish(settings)
+        # Who interrupted the reading wants the map of what was read.
+        network = mapper.finish(settings, token=None if run.token.cancelled else run.token)
     except EstimationError as error:
         raise EstimationError(f"{recording.path}: {error}") from error
     if not network.cameras:
         raise EstimationError(f"{recording.path}: no camera saw the target well enough to be placed")
-    run.extend(network_findings(network))
+    run.extend(network.findings)
     save_network(network, run.folder)
     run.finish(network_figures(network), network_verdict(network), lambda outcome: network_report(network, outcome))
     return network

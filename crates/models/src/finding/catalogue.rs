@@ -74,6 +74,9 @@ catalogue! {
     ModelMisfit "model-misfit" Warning Some("misfit"),
         "The residuals contradict the model: the intervals may be too narrow.",
         "Check wheels, slip and delay; do not rely on the intervals.";
+    OdometrySlipped "odometry-slipped" Error Some("slipped"),
+        "Cameras that follow each other all seem moved: the odometry slipped or jumped before.",
+        "Leave that part of the drive out, or drive it again.";
     NotConverged "not-converged" Error Some("not-converged"),
         "The estimate did not converge.", "Do not rely on it; check the input that the text names.";
     MapMismatch "map-mismatch" Warning Some("mismatch"),
@@ -161,7 +164,11 @@ catalogue! {
     CameraUnseen "camera-unseen" Warning None,
         "A camera was never seen well enough to be placed.", "Drive the target past it.";
     CameraMoved "camera-moved" Warning None,
-        "A camera moved during the survey.", "";
+        "A camera moved during the survey.", "Fasten it, and tell what used its old pose.";
+    CameraMisfit "camera-misfit" Warning None,
+        "The corners of one camera fit far worse than those of the others.", "Calibrate it again.";
+    CameraWeak "camera-weak" Info None,
+        "The position of a camera is known far worse along one direction.", "";
     MessagesLost "messages-lost" Warning None,
         "Messages of a sender never arrived.", "Check the network between sender and survey.";
     PlacesUnreachable "places-unreachable" Warning None,

@@ -26,7 +26,7 @@ pub use covariance::Spread;
 use crate::view::Corner;
 use crate::{Error, Floor, odometry::Motion};
 use groma_geometry::{LieGroup, Se3};
-use groma_models::Camera;
+use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix6, SVector, Vector6};
 use system::System;
 
@@ -105,6 +105,14 @@ pub struct Residuals {
     pub priors: (f64, usize),
 }
 
+impl Residuals {
+    /// Corners of all views.
+    #[must_use]
+    pub fn corners(&self) -> (f64, usize) {
+        self.views.iter().fold((0.0, 0), |sum, view| (sum.0 + view.0, sum.1 + view.1))
+    }
+}
+
 /// The end of a batch.
 #[derive(Clone, Debug)]
 pub struct Solution {
@@ -124,31 +132,34 @@ impl Batch {
     /// The estimate of least cost near `start`.
     ///
     /// # Errors
-    /// When the numbers of stops, places and lenses do not fit, nothing holds an unknown, or memory runs out.
-    pub fn solve(&self, start: State) -> Result<Solution, Error> {
+    /// When the numbers of stops, places and lenses do not fit, nothing holds an unknown, memory runs out, or `token` is
+    /// cancelled.
+    pub fn solve(&self, start: State, token: &Token) -> Result<Solution, Error> {
         self.check(&start)?;
         let mut system = System::new(self, &start)?;
         let mut state = start;
         let unseen = || Error::NoData("a camera does not see the target from where the start has it".into());
-        let mut at = terms::linearise(self, &state, &mut system)?.ok_or_else(unseen)?;
+        token.begin(self.iterations);
+        let mut at = terms::linearise(self, &state, &mut system, token)?.ok_or_else(unseen)?;
         let (mut damping, mut taken, mut converged) = (FIRST_DAMPING, 0, false);
         while !converged && taken < self.iterations && damping < LAST_DAMPING {
             let (step, promise) = system.step(damping)?;
             converged = promise < ENOUGH + 1e-10 * at;
             let moved = state.moved(self, &step);
-            match terms::linearise(self, &moved, &mut system)?.filter(|cost| *cost <= at + 1e-12 * at.abs()) {
+            match terms::linearise(self, &moved, &mut system, token)?.filter(|cost| *cost <= at + 1e-12 * at.abs()) {
                 Some(cost) => {
                     (state, at, taken) = (moved, cost, taken + 1);
                     damping = (damping / 10.0).max(LEAST_DAMPING);
+                    token.step()?;
                 }
                 None => {
                     damping *= 10.0;
-                    terms::linearise(self, &state, &mut system)?;
+                    terms::linearise(self, &state, &mut system, token)?;
                 }
             }
         }
         let residuals = terms::residuals(self, &state);
-        let spread = system.spread(self)?;
+        let spread = system.spread(self, token)?;
         Ok(Solution { state, residuals, iterations: taken, converged, spread })
     }
 

@@ -5,6 +5,7 @@
 use super::{B, Batch, Spread, State};
 use crate::Error;
 use groma_estimation::{BlockMatrix, Cholesky};
+use groma_models::Token;
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 type Block = SMatrix<f64, B, B>;
@@ -77,19 +78,21 @@ impl System {
     }
 
     /// The covariances at the last linearisation.
-    pub fn spread(mut self, batch: &Batch) -> Result<Spread, Error> {
+    pub fn spread(mut self, batch: &Batch, token: &Token) -> Result<Spread, Error> {
+        token.check()?;
         self.cholesky.factorize(&self.matrix)?;
         let selected = self.cholesky.selected_inverse();
         let map: Vec<usize> = (self.places..self.mount).collect();
-        let joint = if map.len() <= Spread::JOINT_BLOCKS { Some(self.joint(&map)?) } else { None };
+        let joint = if map.len() <= Spread::JOINT_BLOCKS { Some(self.joint(&map, token)?) } else { None };
         let sizes = batch.lenses.iter().map(|lens| lens.basis.ncols()).collect();
         Ok(Spread::new(&selected.diagonal, joint, [self.places, self.lenses, self.mount], sizes))
     }
 
     /// The joint covariance of some blocks, by solving for the columns of the identity.
-    fn joint(&mut self, blocks: &[usize]) -> Result<DMatrix<f64>, Error> {
+    fn joint(&mut self, blocks: &[usize], token: &Token) -> Result<DMatrix<f64>, Error> {
         let mut joint = DMatrix::zeros(blocks.len() * B, blocks.len() * B);
         for (column, &block) in blocks.iter().enumerate() {
+            token.check()?;
             for k in 0..B {
                 let mut unit = vec![SVector::zeros(); self.gradient.len()];
                 unit[block][k] = 1.0;

@@ -7,7 +7,7 @@ use crate::floor::{levelled, planar};
 use crate::measurement::jacobians;
 use crate::view::{Normal, normal};
 use groma_geometry::{LieGroup, Se3};
-use groma_models::Camera;
+use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use rayon::prelude::*;
 
@@ -18,7 +18,13 @@ const PLANE: [usize; 3] = [0, 1, 5];
 const UPRIGHT: [usize; 3] = [2, 3, 4];
 
 /// Fills the system and returns the cost; nothing where a camera does not see a corner.
-pub(super) fn linearise(batch: &Batch, state: &State, system: &mut System) -> Result<Option<f64>, Error> {
+pub(super) fn linearise(
+    batch: &Batch,
+    state: &State,
+    system: &mut System,
+    token: &Token,
+) -> Result<Option<f64>, Error> {
+    token.check()?;
     system.clear();
     let [_, places, lenses, mount] = state.blocks();
     let mut cost = add_origin(&state.stops, system) + add_priors(batch, state, system, lenses, mount);
@@ -36,9 +42,12 @@ pub(super) fn linearise(batch: &Batch, state: &State, system: &mut System) -> Re
     }
     let cameras = calibrated(batch, state);
     let of_view = |view: &BatchView| {
+        // The rest of the views is passed over once the work is cancelled.
+        token.check().ok()?;
         normal(&cameras[view.lens], &batch.lenses[view.lens].basis, &view.corners, &foretold(state, view))
     };
     let normals: Vec<Option<Normal>> = batch.views.par_iter().map(of_view).collect();
+    token.check()?;
     for (view, full) in batch.views.iter().zip(normals) {
         let Some(full) = full else { return Ok(None) };
         let (reduced, eliminated) = slackened(full, batch.slack);

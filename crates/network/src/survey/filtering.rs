@@ -9,6 +9,7 @@ use crate::view::{Fit, Sighting};
 use crate::{Error, NetworkFilter, View};
 use groma_estimation::chi_square::quantile;
 use groma_geometry::{LieGroup, Se3};
+use groma_models::Token;
 use nalgebra::{DMatrix, DVector};
 
 /// Degrees of freedom of a view.
@@ -33,7 +34,13 @@ pub(super) struct Filtered {
     pub moved: Vec<Moved>,
 }
 
-pub(super) fn run(survey: &Survey, lenses: &[Lens], halts: &[Halt], options: &Options) -> Result<Filtered, Error> {
+pub(super) fn run(
+    survey: &Survey,
+    lenses: &[Lens],
+    halts: &[Halt],
+    options: &Options,
+    token: &Token,
+) -> Result<Filtered, Error> {
     let root = DMatrix::from_diagonal(&DVector::from_row_slice(&options.mount.sigmas()));
     let filter = NetworkFilter::new(Se3::identity(), &root, options.odometry, options.floor);
     let filtered = Filtered { filter, places: vec![], judged: vec![], poses: vec![], moved: vec![] };
@@ -45,12 +52,15 @@ pub(super) fn run(survey: &Survey, lenses: &[Lens], halts: &[Halt], options: &Op
         watch: Watch::new(survey.cameras.len()),
         done: filtered,
     };
+    token.begin(halts.len());
     for (number, halt) in halts.iter().enumerate() {
+        token.step()?;
         for step in &halt.steps {
             pass.done.filter.drive(step)?;
         }
         pass.done.filter.stop()?;
         for seen in &halt.seen {
+            token.check()?;
             pass.take(number, seen)?;
         }
     }

@@ -16,13 +16,13 @@ mod stops;
 
 pub use alarm::{Moved, Slip};
 pub use lens::lens;
-pub use result::{CameraResult, Judged, NetworkMap, Verdict};
+pub use result::{CameraResult, Judged, NetworkMap, Verdict, WeakDirection};
 pub use stops::{Halt, Seen};
 
 use crate::batch::Lens;
 use crate::{Error, options::Options};
 use groma_geometry::Se2;
-use groma_models::{Camera, Target};
+use groma_models::{Camera, Target, Token};
 use nalgebra::{DMatrix, Vector2};
 
 /// A camera of the network, as it is known before the survey.
@@ -80,6 +80,12 @@ impl Survey {
         Ok(Self { target, cameras, odometry: vec![], detections: vec![] })
     }
 
+    /// The cameras, as they are known before the survey.
+    #[must_use]
+    pub fn cameras(&self) -> &[KnownCamera] {
+        &self.cameras
+    }
+
     /// A pose of the odometry; false when it is not finite and was left out.
     pub fn push_odometry(&mut self, stamp: f64, pose: Se2) -> bool {
         let taken = stamp.is_finite() && pose.to_vector().iter().all(|v| v.is_finite());
@@ -106,13 +112,14 @@ impl Survey {
     /// The map of what has been recorded.
     ///
     /// # Errors
-    /// [`Error::Setting`]; [`Error::NoData`] when no camera saw the target while the odometry ran; what the batch says.
-    pub fn finish(&self, options: &Options) -> Result<NetworkMap, Error> {
+    /// [`Error::Setting`]; [`Error::NoData`] when no camera saw the target while the odometry ran; [`Error::Cancelled`]; what
+    /// the batch says.
+    pub fn finish(&self, options: &Options, token: &Token) -> Result<NetworkMap, Error> {
         options.check()?;
         let lenses: Vec<Lens> = self.cameras.iter().map(|known| lens(known, options)).collect();
-        let halts = stops::halts(self, options)?;
-        let filtered = filtering::run(self, &lenses, &halts, options)?;
-        let refined = refine::run(&lenses, &halts, &filtered, options)?;
+        let halts = stops::halts(self, options, token)?;
+        let filtered = filtering::run(self, &lenses, &halts, options, token)?;
+        let refined = refine::run(&lenses, &halts, &filtered, options, token)?;
         Ok(result::assemble(self, &lenses, &halts, &filtered, refined))
     }
 }

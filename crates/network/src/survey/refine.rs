@@ -13,6 +13,7 @@ use crate::odometry::Motion;
 use crate::options::Options;
 use groma_estimation::chi_square::passes_gate;
 use groma_geometry::{LieGroup, Se3};
+use groma_models::Token;
 use nalgebra::{DVector, Matrix6, Vector6};
 
 /// Share of true views whose corners fit better: a rejected view must be within it to be taken after all.
@@ -27,15 +28,25 @@ pub(super) struct Refined {
     pub views: Vec<usize>,
 }
 
-pub(super) fn run(lenses: &[Lens], halts: &[Halt], filtered: &Filtered, options: &Options) -> Result<Refined, Error> {
-    let solve = |views: &[usize]| problem(lenses, halts, filtered, views, options).solve();
+pub(super) fn run(
+    lenses: &[Lens],
+    halts: &[Halt],
+    filtered: &Filtered,
+    options: &Options,
+    token: &Token,
+) -> Result<Refined, Error> {
+    let solve = |views: &[usize]| problem(lenses, halts, filtered, views, options).solve(token);
     let taken: Vec<usize> = chosen(filtered, |v| matches!(v, Verdict::Taken | Verdict::Born));
     let first = solve(&taken)?;
     let all: Vec<usize> = chosen(filtered, |v| matches!(v, Verdict::Taken | Verdict::Born | Verdict::Rejected));
     if all.len() == taken.len() || options.batch_steps == 0 {
         return Ok(first);
     }
-    let Ok(trial) = solve(&all) else { return Ok(first) };
+    let trial = match solve(&all) {
+        Ok(trial) => trial,
+        Err(Error::Cancelled(cancelled)) => return Err(cancelled.into()),
+        Err(_) => return Ok(first),
+    };
     let fits = |k: &usize| {
         let (chi_square, count) = trial.solution.residuals.views[*k];
         passes_gate(chi_square, count, BELIEVABLE)
@@ -59,8 +70,8 @@ struct Problem {
 }
 
 impl Problem {
-    fn solve(self) -> Result<Refined, Error> {
-        let solution = self.batch.solve(self.start)?;
+    fn solve(self, token: &Token) -> Result<Refined, Error> {
+        let solution = self.batch.solve(self.start, token)?;
         Ok(Refined { solution, halts: self.halts, views: self.views })
     }
 }

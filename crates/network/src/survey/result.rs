@@ -7,10 +7,17 @@ use super::{Halt, Survey};
 use crate::batch::{Lens, Residuals};
 use groma_geometry::{LieGroup, Se2, Se3};
 use groma_models::Camera;
-use nalgebra::{DMatrix, Matrix6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
+use std::f64::consts::PI;
 
 /// A variance of the mount below this is that of a direction that was held.
 const HELD: f64 = 1e-13;
+/// A direction is weak when its standard deviation is so many times the largest across it,
+const WEAK_SHARE: f64 = 3.0;
+/// and no less than this [m].
+const WEAK_LEAST: f64 = 0.02;
+/// A direction is the height when its vertical part is more than this.
+const VERTICAL: f64 = 0.9;
 
 /// What became of a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,6 +101,109 @@ pub struct NetworkMap {
     pub unknowns: usize,
     /// Steps of the batch, and whether it converged.
     pub steps: (usize, bool),
+}
+
+/// The direction in which the position of a camera is known far worse than across it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeakDirection {
+    /// Standard deviation along it [m].
+    pub sigma: f64,
+    /// Largest standard deviation across it [m].
+    pub across: f64,
+    /// Unit vector along it, in the axes of the world.
+    pub direction: Vector3<f64>,
+}
+
+impl WeakDirection {
+    /// Whether it is the height.
+    #[must_use]
+    pub fn is_vertical(&self) -> bool {
+        self.direction.z.abs() > VERTICAL
+    }
+
+    /// Its direction in the floor, from the x axis of the map, 0 to pi [rad].
+    #[must_use]
+    pub fn azimuth(&self) -> f64 {
+        self.direction.y.atan2(self.direction.x).rem_euclid(PI)
+    }
+}
+
+impl CameraResult {
+    /// Standard deviation of the position along its worst direction [m].
+    #[must_use]
+    pub fn sigma_position(&self) -> f64 {
+        sigma_position(&self.covariance)
+    }
+
+    /// Standard deviation of the rotation about its worst axis [rad].
+    #[must_use]
+    pub fn sigma_rotation(&self) -> f64 {
+        sigma_rotation(&self.covariance)
+    }
+
+    /// Chi-square of its corners per degree of freedom: the pose of the robot at each view takes up six.
+    #[must_use]
+    pub fn chi_square_per_dof(&self) -> f64 {
+        let (sum, count) = self.chi_square;
+        sum / count.saturating_sub(6 * self.views).max(1) as f64
+    }
+
+    /// Where its position is known far worse along one direction than across it.
+    #[must_use]
+    pub fn weak_direction(&self) -> Option<WeakDirection> {
+        let eigen = self.covariance.fixed_view::<3, 3>(0, 0).into_owned().symmetric_eigen();
+        let last = eigen.eigenvalues.imax();
+        let sigma = |k: usize| eigen.eigenvalues[k].max(0.0).sqrt();
+        let across = (0..3).filter(|k| *k != last).map(sigma).fold(0.0, f64::max);
+        let direction = eigen.eigenvectors.column(last).into_owned();
+        let weak = sigma(last) >= WEAK_SHARE * across && sigma(last) >= WEAK_LEAST;
+        weak.then(|| WeakDirection { sigma: sigma(last), across, direction })
+    }
+
+    /// How far it is from here to another place of the camera: distance [m] and turn [rad].
+    #[must_use]
+    pub fn motion_to(&self, other: &Self) -> (f64, f64) {
+        let motion = self.pose.inverse() * other.pose;
+        ((other.pose.translation - self.pose.translation).norm(), motion.rotation.quaternion.angle())
+    }
+}
+
+/// Standard deviation of a position along its worst direction, by the covariance of position and rotation [m].
+#[must_use]
+pub fn sigma_position(covariance: &Matrix6<f64>) -> f64 {
+    largest_sigma(covariance.fixed_view::<3, 3>(0, 0).into_owned())
+}
+
+/// Standard deviation of a rotation about its worst axis, by the covariance of position and rotation [rad].
+#[must_use]
+pub fn sigma_rotation(covariance: &Matrix6<f64>) -> f64 {
+    largest_sigma(covariance.fixed_view::<3, 3>(3, 3).into_owned())
+}
+
+fn largest_sigma(covariance: Matrix3<f64>) -> f64 {
+    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
+impl NetworkMap {
+    /// Chi-square of all corners per degree of freedom; none without any.
+    #[must_use]
+    pub fn corner_chi_square(&self) -> Option<f64> {
+        let (sum, count) = self.residuals.corners();
+        (count > self.unknowns).then(|| sum / (count - self.unknowns) as f64)
+    }
+
+    /// How far odometry alone ends from the last stop of the map [m].
+    #[must_use]
+    pub fn odometry_error(&self) -> Option<f64> {
+        let (halt, pose, _) = self.stops.last()?;
+        Some((self.odometry.get(*halt)?.translation - pose.translation.xy()).norm())
+    }
+
+    /// Length of the straight lines from stop to stop, by odometry [m].
+    #[must_use]
+    pub fn path_length(&self) -> f64 {
+        self.odometry.windows(2).map(|pair| (pair[1].translation - pair[0].translation).norm()).sum()
+    }
 }
 
 pub(super) fn assemble(

@@ -7,12 +7,11 @@ use super::{Detection, Survey};
 use crate::Error;
 use crate::odometry::Motion;
 use crate::options::Options;
+use crate::standstill::is_still;
 use crate::view::{Corner, average};
 use groma_geometry::Se2;
+use groma_models::Token;
 use std::collections::BTreeMap;
-
-/// Less than this is no motion [m, rad].
-const STILL: (f64, f64) = (0.002, 0.002);
 
 /// A stop.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +40,7 @@ pub struct Seen {
 }
 
 /// The stops in order of time.
-pub(super) fn halts(survey: &Survey, options: &Options) -> Result<Vec<Halt>, Error> {
+pub(super) fn halts(survey: &Survey, options: &Options, token: &Token) -> Result<Vec<Halt>, Error> {
     let track = track(survey);
     if track.len() < 2 {
         return Err(Error::NoData("there is no odometry: the network hangs together by it".into()));
@@ -53,6 +52,7 @@ pub(super) fn halts(survey: &Survey, options: &Options) -> Result<Vec<Halt>, Err
     let mut at = None;
     let mut halts = Vec::with_capacity(groups.len());
     for group in &groups {
+        token.check()?;
         let stamp = group.iter().map(|d| d.stamp).sum::<f64>() / group.len() as f64;
         let Some(pose) = interpolated(&track, stamp) else { continue };
         let steps = at.map_or(vec![], |at| steps(&track, at, (stamp, pose)));
@@ -118,11 +118,6 @@ fn groups<'a>(all: &[&'a Detection], track: &[(f64, Se2)]) -> Vec<Vec<&'a Detect
     let mean = |g: &Vec<&Detection>| g.iter().map(|d| d.stamp).sum::<f64>() / g.len() as f64;
     groups.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
     groups
-}
-
-fn is_still(a: &Se2, b: &Se2) -> bool {
-    let moved = a.between(b);
-    moved.translation.norm() < STILL.0 && moved.theta().abs() < STILL.1
 }
 
 fn interpolated(track: &[(f64, Se2)], stamp: f64) -> Option<Se2> {

@@ -1,6 +1,7 @@
 //! Simulated surveys, mapped.
 
 use groma_estimation::chi_square::probability;
+use groma_models::Token;
 use groma_network::survey::result::errors;
 use groma_network::survey::{Detection, KnownCamera};
 use groma_network::{NetworkMap, Options, Survey};
@@ -73,7 +74,7 @@ pub struct Score {
 
 pub fn map(scene: &NetworkScene, options: &Options) -> (NetworkMap, Score) {
     let recording = simulate(scene).unwrap();
-    let map = survey(scene, &recording).finish(options).unwrap();
+    let map = survey(scene, &recording).finish(options, &Token::new()).unwrap();
     let score = score(&map, &recording);
     (map, score)
 }

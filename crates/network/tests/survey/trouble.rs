@@ -1,6 +1,7 @@
 //! What goes wrong in a survey.
 
 use crate::runs::{map, score, survey, true_settings};
+use groma_models::Token;
 use groma_network::survey::{Detection, Verdict};
 use groma_network::{Options, Survey};
 use groma_simulation::network::{Bump, NetworkScene, simulate};
@@ -25,7 +26,7 @@ fn a_bumped_camera_raises_an_alarm_and_is_mapped_anew_alone() {
     let motion = [0.05, 0.0, 0.02, 0.0, 0.05, 0.0];
     scene.bump = Some(Bump { camera: "camera4".into(), stop: 60, motion });
     let recording = simulate(&scene).unwrap();
-    let map = survey(&scene, &recording).finish(&true_settings(&scene)).unwrap();
+    let map = survey(&scene, &recording).finish(&true_settings(&scene), &Token::new()).unwrap();
     assert_eq!(map.moved.iter().map(|moved| moved.camera).collect::<Vec<_>>(), [3]);
     assert!(map.slip.is_none());
     let after = score(&map, &recording);
@@ -58,7 +59,7 @@ fn order_and_repetition_of_messages_do_not_matter() {
         shuffled.push_odometry(*stamp, *pose);
     }
     let options = true_settings(&scene);
-    let (a, b) = (straight.finish(&options).unwrap(), shuffled.finish(&options).unwrap());
+    let (a, b) = (straight.finish(&options, &Token::new()).unwrap(), shuffled.finish(&options, &Token::new()).unwrap());
     assert_eq!(a.joint, b.joint);
     assert_eq!(a.cameras, b.cameras);
 }
@@ -77,12 +78,22 @@ fn known(scene: &NetworkScene) -> Vec<groma_network::survey::KnownCamera> {
 fn nothing_to_map_is_said_in_words() {
     let scene = NetworkScene::named("corridor", 5).unwrap();
     let empty = Survey::new(scene.target.clone(), known(&scene)).unwrap();
-    assert!(empty.finish(&Options::default()).unwrap_err().to_string().contains("odometry"));
+    assert!(empty.finish(&Options::default(), &Token::new()).unwrap_err().to_string().contains("odometry"));
     let mut unseen = empty.clone();
     unseen.push_odometry(0.0, groma_geometry::Se2::IDENTITY);
     unseen.push_odometry(1.0, groma_geometry::Se2::IDENTITY);
-    assert!(unseen.finish(&Options::default()).unwrap_err().to_string().contains("no camera saw"));
+    assert!(unseen.finish(&Options::default(), &Token::new()).unwrap_err().to_string().contains("no camera saw"));
     let wrong = Options { gate: 1.5, ..Options::default() };
-    assert!(unseen.finish(&wrong).unwrap_err().to_string().starts_with("gate"));
+    assert!(unseen.finish(&wrong, &Token::new()).unwrap_err().to_string().starts_with("gate"));
     assert!(!unseen.push_odometry(f64::NAN, groma_geometry::Se2::IDENTITY));
+}
+
+#[test]
+fn a_survey_that_is_cancelled_has_no_map() {
+    let scene = NetworkScene::named("corridor", 1).unwrap();
+    let recording = simulate(&scene).unwrap();
+    let token = Token::new();
+    token.cancel();
+    let ended = survey(&scene, &recording).finish(&true_settings(&scene), &token).unwrap_err();
+    assert_eq!(ended.to_string(), "interrupted");
 }
