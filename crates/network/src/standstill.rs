@@ -132,8 +132,9 @@ mod tests {
     fn a_turn_across_half_a_circle_or_by_whole_ones_is_none() {
         let mut still = Standstill::default();
         let pi = std::f64::consts::PI;
-        let swung =
-            run(&mut still, 0.0, 40, |t| at(1.0, if (t * RATE) as usize % 2 == 0 { pi - 1e-4 } else { -pi + 1e-4 }));
+        let swung = run(&mut still, 0.0, 40, |t| {
+            at(1.0, if ((t * RATE) as usize).is_multiple_of(2) { pi - 1e-4 } else { -pi + 1e-4 })
+        });
         assert!(swung[20..].iter().all(|s| *s));
         let mut still = Standstill::default();
         assert!(run(&mut still, 0.0, 40, |t| at(1.0, 2.0 * pi * (t * RATE).round()))[20..].iter().all(|s| *s));

@@ -215,7 +215,8 @@ mod tests {
             let pose = |x, y| Odometry { stamp: 0.0, pose: Se2::new(x, y, 0.0) };
             assert!(refused(Message::Odometry(pose(bad, 0.0))) && refused(Message::Odometry(pose(0.0, bad))));
             assert!(WheelReading::new(bad, vec![]).is_err() && WheelReading::new(0.0, vec![(0, bad)]).is_err());
-            let corners = Detections { stamp: 0.0, camera: 0, corners: vec![(0, 1.0, bad, 0.1)] };
+            let corners = vec![(0, 1.0, bad, 0.1)];
+            let corners = Detections { stamp: 0.0, camera: 0, panel: 0, stop: None, corners };
             assert!(refused(Message::Detections(corners)));
             let start = StartPose { stamp: 0.0, pose: Se2::IDENTITY, covariance: Matrix3::repeat(bad) };
             assert!(refused(Message::StartPose(start)));
