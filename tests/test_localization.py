@@ -10,6 +10,7 @@ from groma.localization import Localizer, Observations, localizer_defaults, refl
 from groma.mapping import OccupancyGrid
 from groma.models import BeamGeometry, LaserScan
 from groma.relocalization import Relocalizer
+from groma.vehicle import WheelNoise
 from groma.wheels import Wheels
 
 Array = NDArray[np.float64]
@@ -103,17 +104,17 @@ def test_beams_tell_two_halves_of_a_symmetric_room_apart() -> None:
 
 
 def test_wheels_predict_with_the_calibration_considered() -> None:
-    fork = Wheels("tricycle", (2.5e-4, 1.5, 1.0, 0.0, 0.0), steering=0.0, slip=[0.0, 0.0, 0.0], travel=1e-9)
+    fork = Wheels("tricycle", (2.5e-4, 1.5, 1.0, 0.0, 0.0), WheelNoise(3e-5, 0.0, 1.0))
     calibration = np.zeros((8, 8))
     calibration[0, 0] = (2.5e-6) ** 2
     localizer = Localizer(
         reflectors(MARKS, 0.001), pose=(0.0, 0.0, 0.0), covariance=np.zeros((3, 3)), calibration=calibration
     )
     for k in range(1, 101):
-        localizer.predict(0.1 * k, *fork.motion(400.0, 0.0))
+        localizer.predict(0.1 * k, *fork.motion(400.0, 0.0, 0.1))
     # A scale that is one percent off is a centimetre a metre: errors that last add up.
     assert localizer.state.pose[0] == pytest.approx(10.0)
-    assert np.sqrt(localizer.state.covariance[0, 0]) == pytest.approx(0.1, rel=1e-3)
+    assert np.sqrt(localizer.state.covariance[0, 0]) == pytest.approx(0.1, rel=0.01)
 
 
 @pytest.mark.parametrize(

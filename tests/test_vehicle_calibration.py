@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 import groma.cli
+from groma import _core
 from groma.cli.demo_vehicle import calibrate_simulated
 from groma.errors import EstimationError, UserError
 from groma.io.quantities import amounts
@@ -20,7 +23,6 @@ from groma.io.robot_files import ros2_control, urdf_joint
 from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.models import JointState
 from groma.runs.run import Run
-from groma.vehicle import dead_reckoning
 from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
 from groma.vehicle_segments import standstills
 from groma.vehicle_simulation import (
@@ -235,7 +237,7 @@ def test_dead_reckoning_follows_exact_arcs() -> None:
         wheel_period=0.01,
     )
     exact = simulate_calibration(quiet)
-    told = dead_reckoning(true_vehicle(quiet), exact.readings)
+    told = _core.dead_reckoning(true_vehicle(quiet).to_json(), exact.readings)
     assert np.abs(told[:, :2] - exact.truth[:, :2]).max() < 1e-6
 
 
@@ -269,6 +271,29 @@ def test_files_for_ros_hold_the_numbers() -> None:
     assert "wheel_separation: 0.552000" in text
     ratio = differential.parameters["left_radius"] / 0.09995
     assert f"left_wheel_radius_multiplier: {ratio:.8f}" in text
+
+
+def numbers(text: str) -> list[float]:
+    """The numbers that a controller reads."""
+    parameters = YAML(typ="safe").load(text)["diff_drive_controller"]["ros__parameters"]
+    return [value for value in parameters.values() if isinstance(value, float)]
+
+
+@pytest.mark.parametrize(("left", "right", "told"), [(1, -1, "right wheel counts backward"), (-1, -1, "are swapped")])
+def test_a_controller_never_reads_a_negative_length(left: int, right: int, told: str) -> None:
+    good = true_vehicle(calibration_scenario(Differential()))
+    signed = {
+        "left_radius": left * good.parameters["left_radius"],
+        "right_radius": right * good.parameters["right_radius"],
+    }
+    wrong = replace(good, parameters={**good.parameters, **signed})
+    text = ros2_control(wrong)
+    assert told in text
+    assert numbers(text) == numbers(ros2_control(good))
+    assert min(numbers(text)) > 0.01
+    assert "Mend first" not in ros2_control(good)
+    opposite = {"left_radius": 0.1, "right_radius": -0.1}
+    assert min(numbers(ros2_control(replace(good, parameters={**good.parameters, **opposite})))) > 0.01
 
 
 def test_a_map_is_made_with_the_calibrated_wheels(eight_arcs: Path, tmp_path: Path) -> None:

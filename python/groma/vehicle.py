@@ -17,12 +17,17 @@ show in planar motion and are not here.
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from groma import _core
+from groma.findings import Finding, of_core
 
 Array = NDArray[np.float64]
 Model = Literal["tricycle", "tricycle-asymmetric", "differential"]
@@ -52,8 +57,46 @@ JOINTS: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
+class WheelNoise:
+    """What wheels do beside what they read."""
+
+    slip: float
+    """Standard deviation of the travel of a driven wheel after one metre [m]; it grows with the root of the path."""
+    steering: float
+    """Standard deviation of the steering angle that the encoder does not see [rad]."""
+    memory: float
+    """For how long a steering error lasts before it is another one [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scanner:
+    """A scanner on a vehicle."""
+
+    name: str
+    """Its frame or topic; may be empty where there is one."""
+    x: float
+    y: float
+    """Where it sits [m]."""
+    yaw: float
+    """Which way it looks [rad]."""
+    range_offset: float = 0.0
+    """What its ranges are too long [m]."""
+
+
+def usual_noise() -> WheelNoise:
+    """Return the noise of wheels of which nothing else is known."""
+    return WheelNoise(**json.loads(_core.wheel_noise_defaults()))
+
+
+@dataclass(frozen=True, slots=True)
 class Vehicle:
-    """Parameters of a vehicle and their joint covariance."""
+    """Parameters of a vehicle and their joint covariance.
+
+    Raises
+    ------
+    ValueError
+        When a number is not finite or out of range, by name, or parts do not belong together.
+    """
 
     model: Model
     parameters: Mapping[str, float]
@@ -67,17 +110,58 @@ class Vehicle:
     joints: tuple[str, ...] = ()
     """Names of the joints in the recording, in the order of ``JOINTS``; empty when the recording has no names."""
 
+    noise: WheelNoise = field(default_factory=usual_noise)
+    """What its wheels do beside what they read."""
+    scanner: str = ""
+    """Name of the scanner at ``laser_x``, ``laser_y``, ``laser_yaw``."""
+    range_offset: float = 0.0
+    """What its ranges are too long [m]."""
+    others: tuple[Scanner, ...] = ()
+    """Further scanners."""
+
     def __post_init__(self) -> None:
         wanted = PARAMETERS[self.model]
         if set(self.parameters) != set(wanted):
             raise ValueError(f"a {self.model} has the parameters {', '.join(wanted)}")
         if not set(self.names) <= set(wanted) or self.covariance.shape != (len(self.names), len(self.names)):
             raise ValueError("the covariance is not that of the named parameters")
+        named = {**self.parameters, "range_offset": self.range_offset, **asdict(self.noise)}
+        for name, value in named.items():
+            if not math.isfinite(value):
+                raise ValueError(f"{name} = {value}: must be a finite number")
+        if not np.isfinite(self.covariance).all():
+            raise ValueError("covariance: must be finite")
+        _core.check_vehicle(self.to_json())
+
+    def tree(self) -> dict[str, object]:
+        """Return the vehicle as ``vehicle.toml`` holds it."""
+        drive = [name for name in PARAMETERS[self.model] if name not in COMMON]
+        first = Scanner(self.scanner, *self.laser, self.range_offset)
+        tree: dict[str, object] = {
+            "version": 2,
+            "unit": self.unit,
+            "joints": list(self.joints),
+            "delay": float(self.parameters["delay"]),
+            "drive": {"model": self.model, **{name: float(self.parameters[name]) for name in drive}},
+            "noise": asdict(self.noise),
+            "scanners": [asdict(scanner) for scanner in (first, *self.others)],
+        }
+        if self.names:
+            tree["covariance"] = {"names": list(self.names), "matrix": self.covariance.tolist()}
+        return tree
+
+    def to_json(self) -> str:
+        """Return the vehicle as the core takes it."""
+        return json.dumps(self.tree())
 
     @property
     def laser(self) -> tuple[float, float, float]:
         """``T_base_laser`` as x [m], y [m], yaw [rad]."""
         return self.parameters["laser_x"], self.parameters["laser_y"], self.parameters["laser_yaw"]
+
+    def handedness(self) -> tuple[Finding, ...]:
+        """Return what the signs of the parameters say about how the wheels are wired."""
+        return of_core(_core.vehicle_handedness(self.to_json()))
 
     def sigma(self, name: str) -> float:
         """Return the standard deviation of a parameter; 0 when it was given."""
@@ -85,42 +169,3 @@ class Vehicle:
             return 0.0
         k = self.names.index(name)
         return float(np.sqrt(self.covariance[k, k]))
-
-
-def dead_reckoning(vehicle: Vehicle, readings: Array) -> Array:
-    """Return the poses (n, 3) that the wheels tell, on exact arcs from one reading to the next.
-
-    Parameters
-    ----------
-    vehicle
-        Its ``laser`` and ``delay`` have no part in this.
-    readings
-        (n, 2) counter and steering angle, or both counters; steering is the mean of the two readings of a step.
-
-    Returns
-    -------
-    Array
-        ``T_odom_base`` as x [m], y [m], theta [rad, turns counted]; the first is zero.
-    """
-    way, turn = _steps(vehicle, readings)
-    theta = np.concatenate([[0.0], np.cumsum(turn)])
-    half = turn / 2
-    chord = way * np.sinc(half / np.pi)
-    along = theta[:-1] + half
-    x, y = np.cumsum(chord * np.cos(along)), np.cumsum(chord * np.sin(along))
-    return np.column_stack([np.concatenate([[0.0], x]), np.concatenate([[0.0], y]), theta])
-
-
-def _steps(vehicle: Vehicle, readings: Array) -> tuple[Array, Array]:
-    """Return the way [m] and the turn [rad] of the base (n - 1,) between readings."""
-    p, step = vehicle.parameters, np.diff(readings, axis=0)
-    if vehicle.model == "differential":
-        left, right = p["left_radius"] * step[:, 0], p["right_radius"] * step[:, 1]
-        return (left + right) / 2, (right - left) / p["axle"]
-    travel = p["drive_scale"] * step[:, 0]
-    if vehicle.model == "tricycle":
-        offset = np.full(len(travel), p["steering_offset"])
-    else:
-        offset = np.where(travel < 0, p["steering_offset_backward"], p["steering_offset_forward"])
-    delta = p["steering_gain"] * (readings[:-1, 1] + readings[1:, 1]) / 2 + offset
-    return travel * np.cos(delta), travel * np.sin(delta) / p["wheelbase"]

@@ -107,10 +107,20 @@ def calibrate_vehicle(recording: Recording, request: Request, progress: Progress
 
 
 def to_vehicle(found: VehicleCalibration, data: VehicleData) -> Vehicle:
-    """Return the vehicle of an estimate, for files and for other commands."""
+    """Return the vehicle of an estimate, for files and for other commands; without a covariance where it is open.
+
+    Raises
+    ------
+    EstimationError
+        When an estimated number is none that a vehicle can have.
+    """
     values = {"delay": 0.0, "steering_gain": 1.0, **found.parameters}
     parameters = {name: values[name] for name in PARAMETERS[found.model]}
-    return Vehicle(found.model, parameters, found.names, found.covariance, data.wheels.unit, data.wheels.joints)
+    known = ((), np.zeros((0, 0))) if found.weak else (found.names, found.covariance)
+    try:
+        return Vehicle(found.model, parameters, *known, data.wheels.unit, data.wheels.joints)
+    except ValueError as error:
+        raise EstimationError(f"the drive allows no estimate: {error}") from error
 
 
 def judged(result: CalibratedVehicle, tolerances: Mapping[str, float]) -> CalibratedVehicle:

@@ -98,7 +98,8 @@ def vehicle_data(
     """
     read = read_wheels(recording, model, stream=wheels, joints=joints, axle=axle)
     cut = segments(read, model, window)
-    counts, notes = Counter(read.skipped), list(read.notes)
+    counts: Counter[str] = Counter()
+    notes = list(read.findings)
     name, of_scans = _sensor(recording, scans, poses, notes)
     if of_scans:
         found = _from_scans(recording, name, cut, counts, progress)

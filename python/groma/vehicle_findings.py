@@ -26,6 +26,7 @@ def vehicle_findings(result: CalibratedVehicle) -> list[Finding]:
     return [
         *(Finding("parameter-open", weak.words) for weak in result.found.weak),
         *(Finding("model-misfit", words) for words in misfits(result)),
+        *(() if result.found.weak else result.vehicle.handedness()),
         *_missed(result),
         *(Finding("parameters-assumed", words) for words in result.found.notes),
         *data_findings(result.data),

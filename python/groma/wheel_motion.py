@@ -70,7 +70,10 @@ def wheel_motions(vehicle: Vehicle, stamps: Array, readings: Array) -> Motions:
     if vehicle.model != "differential":
         inputs[:, 1] = (readings[:-1, 1] + readings[1:, 1]) / 2
     wheels = _wheels(vehicle)
-    motions, covariances, by_drive = zip(*(wheels.motion(a, b) for a, b in inputs.tolist()), strict=True)
+    motions, covariances, by_drive = zip(
+        *(wheels.motion(a, b, dt) for (a, b), dt in zip(inputs.tolist(), np.diff(stamps).tolist(), strict=True)),
+        strict=True,
+    )
     clock = stamps - vehicle.parameters["delay"]
     return Motions(float(clock[0]), clock[1:], np.array(motions), np.array(covariances), np.array(by_drive))
 
@@ -94,7 +97,7 @@ def calibration_covariance(vehicle: Vehicle) -> Array:
 def _wheels(vehicle: Vehicle) -> Wheels:
     p = vehicle.parameters
     if vehicle.model == "differential":
-        return Wheels("differential", [p["left_radius"], p["right_radius"], p["axle"]])
+        return Wheels("differential", [p["left_radius"], p["right_radius"], p["axle"]], vehicle.noise)
     offset = p.get("steering_offset", 0.0)
     forward, backward = (p.get(f"steering_offset_{way}", offset) for way in ("forward", "backward"))
-    return Wheels("tricycle", [p["drive_scale"], p["wheelbase"], p["steering_gain"], forward, backward])
+    return Wheels("tricycle", [p["drive_scale"], p["wheelbase"], p["steering_gain"], forward, backward], vehicle.noise)

@@ -2,7 +2,7 @@
 
 >>> from groma.wheels import Wheels
 >>> fork = Wheels("tricycle", (2.5e-4, 1.5, 1.0, 0.0, 0.0))
->>> motion, covariance, by_drive = fork.motion(400.0, 0.1)
+>>> motion, covariance, by_drive = fork.motion(400.0, 0.1, duration=0.1)
 >>> [round(v, 5) for v in motion]
 [0.0995, 0.00033, 0.00666]
 """
@@ -10,31 +10,17 @@
 from __future__ import annotations
 
 import json
-from typing import Literal, TypedDict, Unpack, cast
+from dataclasses import asdict
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from groma import _core
+from groma.vehicle import WheelNoise, usual_noise
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
-
-
-class WheelNoise(TypedDict, total=False):
-    """How much wheels are to be trusted."""
-
-    travel: float
-    """Variance of the path of a driven wheel per metre [m]."""
-    steering: float
-    """Standard deviation of a steering angle [rad]."""
-    slip: list[float]
-    """Variance of the motion by slip per metre: along, across [m], turn [rad^2/m]."""
-
-
-def wheel_noise_defaults() -> WheelNoise:
-    """Return the default noise of wheels."""
-    return cast(WheelNoise, json.loads(_core.localization_defaults()[2]))
 
 
 class Wheels:
@@ -47,12 +33,12 @@ class Wheels:
     parameters
         Five of a tricycle: metres a count, wheelbase [m], gain of the steering, its offset forward and backward [rad];
         three of a differential drive: metres a count of the left and of the right wheel, axle [m].
-    **noise
-        See :class:`WheelNoise`.
+    noise
+        Usual when None.
     """
 
     def __init__(
-        self, drive: Literal["tricycle", "differential"], parameters: ArrayLike, **noise: Unpack[WheelNoise]
+        self, drive: Literal["tricycle", "differential"], parameters: ArrayLike, noise: WheelNoise | None = None
     ) -> None:
         numbers = np.asarray(parameters, dtype=np.float64).ravel()
         expected = 5 if drive == "tricycle" else 3
@@ -60,9 +46,9 @@ class Wheels:
             raise ValueError(f"a {drive} with {len(numbers)} parameters: a tricycle has 5, a differential drive 3")
         self._tricycle = drive == "tricycle"
         self._parameters = np.pad(numbers, (0, 5 - expected)).tolist()
-        self._noise = json.dumps(noise)
+        self._noise = json.dumps(asdict(noise or usual_noise()))
 
-    def motion(self, first: float, second: float) -> tuple[Pose, Array, Array]:
+    def motion(self, first: float, second: float, duration: float) -> tuple[Pose, Array, Array]:
         """Return the motion of a step.
 
         Parameters
@@ -70,6 +56,8 @@ class Wheels:
         first, second
             Counts since the step before and angle of the steering encoder [rad] of a tricycle; counts of the left and
             of the right wheel of a differential drive.
+        duration
+            Of the step [s].
 
         Returns
         -------
@@ -77,4 +65,4 @@ class Wheels:
             ``T_before_after`` as x, y [m], theta [rad]; (3, 3) covariance of its body-frame perturbation; (3, 5) its
             derivative by the parameters: what :meth:`groma.localization.Localizer.predict` takes.
         """
-        return _core.wheel_motion(self._tricycle, self._parameters, (first, second), self._noise)
+        return _core.wheel_motion(self._tricycle, self._parameters, (first, second), duration, self._noise)

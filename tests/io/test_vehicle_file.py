@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from groma.errors import UserError
+from groma.io.toml import to_toml
 from groma.io.vehicle_file import read_vehicle, vehicle_text, write_vehicle
-from groma.vehicle import PARAMETERS, Model, Vehicle
+from groma.vehicle import PARAMETERS, Model, Scanner, Vehicle, WheelNoise, usual_noise
 
 MODELS: tuple[Model, ...] = ("tricycle", "tricycle-asymmetric", "differential")
 
@@ -53,7 +55,10 @@ def test_the_standard_deviation_is_that_of_the_name() -> None:
 
 WRONG = {
     "model = 3": "is not TOML",
-    'version = 2\nmodel = "tricycle"': "version 2",
+    'version = 3\nmodel = "tricycle"': "version 3",
+    'version = 2\nmodel = "tricycle"': "unknown key model",
+    "version = 2": "[drive]",
+    'version = 2\n[drive]\nmodel = "tricycle"': "[[scanners]]",
     'version = 1\nmodel = "unicycle"': "unicycle",
     'version = 1\nmodel = "tricycle"\nwheels = 3': "unknown key wheels",
     'version = 1\nmodel = "tricycle"\nunit = "turns"': "rad or tick",
@@ -73,13 +78,16 @@ def test_what_is_no_vehicle_is_one_line(text: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("drive_scale = ", "wheel = ", "unknown parameter wheel"),
-        ("laser_x = ", "# laser_x = ", "laser_x is missing"),
-        ("laser_x = ", "laser_x = nan #", "laser_x is nan"),
-        ("laser_x = ", "laser_x = true #", "laser_x is True"),
+        ("drive_scale = ", "wheel = ", "unknown parameter of a tricycle wheel"),
+        ("\nx = ", "\n# x = ", "x is missing"),
+        ("\nx = ", "\nx = nan #", "x is nan"),
+        ("\nx = ", "\nx = true #", "x is True"),
+        ("\nslip = ", "\nslip = -inf #", "slip is -inf"),
+        ("\nslip = ", "\nslid = ", "unknown key of [noise] slid"),
+        ("\nmemory = ", f"\nmemory = {10**400} #", "memory is 1000"),
         ("names = [", 'names = ["mass", ', "names: some of"),
         ("matrix = [[", "matrix = [[0.5, ", "3 rows of 3"),
-        ("matrix = [[", "matrix = [[-", "symmetric and positive"),
+        ("matrix = [[", "matrix = [[-", "covariance = -"),
     ],
 )
 def test_a_wrong_field_is_named(old: str, new: str, told: str, tmp_path: Path) -> None:
@@ -89,6 +97,58 @@ def test_a_wrong_field_is_named(old: str, new: str, told: str, tmp_path: Path) -
     with pytest.raises(UserError, match=r"v\.toml") as error:
         read_vehicle(tmp_path / "v.toml")
     assert told in str(error.value)
+
+
+NUMBERS = {
+    "drive_scale": (0.0, 1e300, -1e300),
+    "steering_offset": (1e300, -1e300),
+    "wheelbase": (0.0, 1e300, 1e-300),
+    "steering_gain": (0.0, 1e300),
+    "delay": (1e300, -1e300),
+    "slip": (-1.0, 1e300),
+    "steering": (-1.0, 1e300),
+    "memory": (0.0, -1.0, 1e300),
+    "x": (1e300, -1e300),
+    "y": (1e300,),
+    "yaw": (1e300,),
+    "range_offset": (1e300, -1e300),
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in NUMBERS.items() for value in values])
+def test_a_number_out_of_range_is_named_in_one_line(name: str, value: float, tmp_path: Path) -> None:
+    lines = vehicle_text(vehicle()).splitlines()
+    (at,) = [k for k, line in enumerate(lines) if line.startswith(f"{name} = ")]
+    lines[at] = f"{name} = {value!r}"
+    (tmp_path / "v.toml").write_text("\n".join(lines))
+    with pytest.raises(UserError, match=rf"^[^\n]*v\.toml: [^\n]*{name}[^\n]*must be[^\n]*$"):
+        read_vehicle(tmp_path / "v.toml")
+
+
+def test_a_file_of_version_1_is_the_same_vehicle(tmp_path: Path) -> None:
+    made = vehicle("tricycle-asymmetric")
+    old = {
+        "version": 1,
+        "model": made.model,
+        "unit": made.unit,
+        "joints": list(made.joints),
+        "parameters": dict(made.parameters),
+        "covariance": {"names": list(made.names), "matrix": made.covariance.tolist()},
+    }
+    (tmp_path / "old.toml").write_text(to_toml(old))
+    read = read_vehicle(tmp_path / "old.toml")
+    assert vehicle_text(read) == vehicle_text(made)
+    assert read.noise == usual_noise()
+
+
+def test_noise_and_scanners_read_back(tmp_path: Path) -> None:
+    rear = Scanner("rear", -1.0, 0.1, 3.0)
+    noise = WheelNoise(slip=0.002, steering=0.01, memory=1.0)
+    made = replace(vehicle(), noise=noise, scanner="front", range_offset=0.03, others=(rear,))
+    write_vehicle(tmp_path / "vehicle.toml", made)
+    read = read_vehicle(tmp_path / "vehicle.toml")
+    assert (read.noise, read.scanner, read.range_offset, read.others) == (noise, "front", 0.03, (rear,))
+    assert read.laser == made.laser
 
 
 def test_no_file_is_one_line(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from groma.errors import UserError
 from groma.io.counters import Counter
 from groma.io.recording import Recording, open_recording, write_recording
-from groma.io.wheels import read_wheels, steers
+from groma.io.wheels import Wheels, read_wheels, steers
 from groma.models import JointState, Message, Odometry
 
 TIMES = np.arange(0, 10, 0.1)
@@ -54,15 +54,21 @@ def test_joints_in_messages_of_their_own_are_brought_together(tmp_path: Path) ->
     assert np.allclose(read.readings[:, 1], 0.2 * (read.time - 0.04))
 
 
+def found(read: Wheels) -> dict[str, float]:
+    """Counts of what the core found, by code."""
+    return {f.code: next(iter(f.values.values()))[0] for f in read.findings if f.code != "joints-chosen"}
+
+
 def test_late_readings_are_sorted_and_repeated_ones_left_out(tmp_path: Path) -> None:
     order = [0, 1, 3, 2, 4, 4, 5, 6]
     messages = [joints(float(k), ("left", "right"), 1.0 * k, 2.0 * k) for k in order]
     messages.append(joints(7.0, ("left", "right"), np.nan, 1.0))
     read = read_wheels(recording(tmp_path, messages), "differential")
     assert read.time.tolist() == [0, 1, 2, 3, 4, 5, 6]
-    assert read.skipped["readings of the wheels that repeat a time"] == 1
-    assert read.skipped["readings of the wheels that are no number"] == 1
-    assert any("1 readings of the wheels came late" in note.text for note in read.notes)
+    counts = found(read)
+    assert set(counts) == {"stamps-disordered", "stamps-invalid", "values-invalid"}
+    assert counts["values-invalid"] == 1
+    assert any("up to 1.000 s late" in f.text for f in read.findings)
 
 
 def test_angles_that_roll_over_are_unrolled(tmp_path: Path) -> None:
@@ -80,8 +86,13 @@ def test_a_reset_and_a_gap_break_the_log(tmp_path: Path) -> None:
     messages = [joints(t, ("left", "right"), c, t) for t, c in zip(TIMES, counts, strict=True) if not 7.05 < t < 8.95]
     read = read_wheels(recording(tmp_path, messages), "differential")
     assert np.allclose(read.breaks, [[4.9, 5.0], [7.0, 9.0]])
-    assert read.skipped["leaps of a counter"] == 1
-    assert read.skipped["gaps in the readings of the wheels"] == 1
+    assert found(read) == {"wheels-leap": 1, "wheels-gap": 1}
+
+
+def test_speeds_alone_are_refused_in_one_line(tmp_path: Path) -> None:
+    messages = [joints(t, ("left", "right"), np.nan, np.nan) for t in TIMES]
+    with pytest.raises(UserError, match="have no positions"):
+        read_wheels(recording(tmp_path, messages), "differential")
 
 
 def test_odometry_stands_for_wheels(tmp_path: Path) -> None:

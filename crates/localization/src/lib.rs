@@ -40,4 +40,3 @@ pub use quality::{Quality, Status};
 pub use relocalize::{LocalView, Located, RelocalizeOptions, Relocalizer};
 pub use update::{Match, Update, View};
 pub use view::sees;
-pub use wheels::WheelNoise;

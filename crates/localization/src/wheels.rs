@@ -1,56 +1,35 @@
-//! From what the wheels say in a step to a motion with its noise.
+//! From what the wheels say in a step to a motion of the filter, with its noise.
 //!
 //! ```text
-//! Q = G diag(var u) G^T + |path| diag(slip)          G = derivative of the motion's right perturbation by the inputs
-//! tricycle       var u = ( travel |path| / scale^2, steering^2 )
-//! differential   var u = travel |path of the wheel| / radius^2 of each wheel
+//! Q = Q_wheels + |path| diag(floor)^2
 //! ```
 //!
-//! Noise of a path grows with the path, that of a steering angle is one of each reading. What lasts, an error of calibration,
-//! is no noise: it belongs to the [`CalibrationCovariance`](crate::CalibrationCovariance).
+//! Q_wheels is the noise of [`groma_models::wheel_motion`], for steps that are taken to be independent. The floor is what the
+//! model of a vehicle on a plane leaves out, per metre: steps of the steering encoder, which last as long as the steering is
+//! held, play, uneven floors, wheels that slip sideways. It also pays for something that is no error of the wheels: the errors
+//! of a corner in neighbouring scans have much in common, and the filter takes them for independent. With the noise of the
+//! wheels alone, twelve metres in the simulated warehouse without a map have a NEES per degree of freedom of 2.7 (the true slip)
+//! to 5.4 (the usual one); with the floor 1.6.
+//!
+//! What lasts, an error of calibration, is no noise: it belongs to the
+//! [`CalibrationCovariance`](crate::CalibrationCovariance).
 
 use crate::joint::Motion;
-use groma_models::Drive;
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use serde::{Deserialize, Serialize};
+use groma_models::{Drive, WheelMotion, WheelNoise};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// How much wheels are to be trusted.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WheelNoise {
-    /// Variance of the path of a driven wheel per metre [m].
-    pub travel: f64,
-    /// Standard deviation of a steering angle [rad].
-    pub steering: f64,
-    /// Variance of the motion by slip per metre: along, across [m], turn [rad^2/m].
-    pub slip: [f64; 3],
-}
-
-impl Default for WheelNoise {
-    fn default() -> Self {
-        Self { travel: 1e-4, steering: 0.2_f64.to_radians(), slip: [1e-6, 1e-6, 1e-6] }
-    }
-}
+/// Standard deviation of what the model leaves out after one metre: along, across [m], heading [rad].
+const FLOOR: Vector3<f64> = Vector3::new(3e-3, 2e-3, 1e-3);
 
 impl Motion {
-    /// The motion of a step: counts and steering angle of a tricycle, counts left and right of a differential drive.
+    /// The motion of a step of `duration` [s]: counts and steering angle of a tricycle, counts left and right of a
+    /// differential drive.
     #[must_use]
-    pub fn of_wheels(drive: &Drive, input: Vector2<f64>, noise: &WheelNoise) -> Self {
-        let increment = drive.increment(input);
-        let variance = match drive {
-            Drive::Tricycle(t) => {
-                let path = (t.scale * input.x).abs();
-                Vector2::new(noise.travel * path / (t.scale * t.scale), noise.steering * noise.steering)
-            }
-            Drive::Differential(d) => {
-                Vector2::new(noise.travel * (input.x / d.left).abs(), noise.travel * (input.y / d.right).abs())
-            }
-        };
+    pub fn of_wheels(drive: &Drive, input: Vector2<f64>, duration: f64, noise: &WheelNoise) -> Self {
+        let step = WheelMotion::new(drive, input);
         let path = drive.path_and_turn(input).x.abs();
-        let slip = Matrix3::from_diagonal(&Vector3::from(noise.slip)) * path;
-        let by_input = increment.by_input;
-        let covariance = by_input * Matrix2::from_diagonal(&variance) * by_input.transpose() + slip;
-        Self { motion: increment.motion, covariance, by_drive: increment.by_parameter }
+        let floor = Matrix3::from_diagonal(&FLOOR.component_mul(&FLOOR)) * path;
+        Self { motion: step.motion, covariance: step.covariance(duration, noise) + floor, by_drive: step.by_drive }
     }
 }
 
@@ -60,21 +39,25 @@ mod tests {
     use groma_models::{Differential, Tricycle};
 
     #[test]
-    fn noise_grows_with_the_path_alone() {
-        let tricycle = Drive::Tricycle(Tricycle::from_parameters([2.5e-4, 1.5, 1.0, 0.0, 0.0]));
-        let noise = WheelNoise { steering: 0.0, ..WheelNoise::default() };
-        let straight = |counts: f64| Motion::of_wheels(&tricycle, Vector2::new(counts, 0.0), &noise);
-        let (one, four) = (straight(4000.0), straight(-16000.0));
+    fn noise_grows_with_the_path_whichever_way() {
+        let fork = Drive::Tricycle(Tricycle::from_parameters([2.5e-4, 1.5, 1.0, 0.0, 0.0]));
+        let noise = WheelNoise { slip: 2e-3, ..WheelNoise::default() };
+        let straight = |counts: f64, dt| Motion::of_wheels(&fork, Vector2::new(counts, 0.0), dt, &noise);
+        let (one, four) = (straight(4000.0, 1.0), straight(-16000.0, 4.0));
         assert!((one.motion.x() - 1.0).abs() < 1e-12 && (four.motion.x() + 4.0).abs() < 1e-12);
-        assert!((one.covariance.m11 - 1.01e-4).abs() < 1e-12 && (four.covariance.m11 - 4.04e-4).abs() < 1e-12);
-        assert_eq!(straight(0.0).covariance, Matrix3::zeros());
+        assert!((four.covariance.m11 / one.covariance.m11 - 4.0).abs() < 1e-9);
+        assert!(one.covariance.m11 > 4e-6 && one.covariance.m22 > 1e-6, "slip, and nothing is exact across");
+        assert_eq!(straight(0.0, 1.0).covariance, Matrix3::zeros());
     }
 
     #[test]
-    fn wheels_that_differ_turn_the_vehicle() {
+    fn a_wheel_that_slips_turns_a_differential_drive() {
         let drive = Drive::Differential(Differential { left: 1e-3, right: 1e-3, axle: 0.5 });
-        let motion = Motion::of_wheels(&drive, Vector2::new(1000.0, 1000.0), &WheelNoise::default());
-        // The turn is the difference of two paths of a metre over the axle.
-        assert!((motion.covariance.m33 - (2.0 * 1e-4 / 0.25 + 1e-6)).abs() < 1e-9, "{}", motion.covariance.m33);
+        let turn = |slip: f64| {
+            let noise = WheelNoise { slip, ..WheelNoise::default() };
+            Motion::of_wheels(&drive, Vector2::new(1000.0, 1000.0), 1.0, &noise).covariance.m33
+        };
+        // The difference of two paths of a metre over the axle.
+        assert!((turn(0.01) - turn(0.0) - 2.0 * 1e-4 / 0.25).abs() < 1e-9);
     }
 }

@@ -15,6 +15,9 @@ pub enum ModelError {
         /// What it must be.
         rule: &'static str,
     },
+    /// Parts of a vehicle do not belong together.
+    #[error("{0}")]
+    Vehicle(String),
     /// A lens takes another number of parameters.
     #[error("a {lens} camera has {expected} parameters ({names}), not {got}")]
     Parameters {

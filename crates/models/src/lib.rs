@@ -22,6 +22,7 @@ pub mod token;
 pub mod tricycle;
 pub mod vehicle;
 pub mod wheel_log;
+pub mod wheel_motion;
 
 pub use camera::{Camera, CameraSpec, Lens};
 pub use differential::Differential;
@@ -38,3 +39,4 @@ pub use token::{Cancelled, Token};
 pub use tricycle::Tricycle;
 pub use vehicle::{CounterUnit, ParameterCovariance, Scanner, Vehicle, WheelNoise};
 pub use wheel_log::{WheelKind, WheelLog};
+pub use wheel_motion::{WheelMotion, WheelPath};

@@ -18,6 +18,12 @@ use crate::tricycle::Tricycle;
 use groma_geometry::Se2;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+mod handedness;
+mod spec;
+
+pub use spec::VehicleSpec;
 
 /// A scanner on a vehicle.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +34,21 @@ pub struct Scanner {
     pub mount: Se2,
     /// What its ranges are too long [m].
     pub range_offset: f64,
+}
+
+impl Scanner {
+    /// A scanner at x, y [m] and yaw [rad] on the base.
+    ///
+    /// # Errors
+    /// A number that is not finite or out of range.
+    pub fn new(name: String, [x, y, yaw]: [f64; 3], range_offset: f64) -> Result<Self, ModelError> {
+        let place = "must be within 1000 m of the base";
+        require("laser_x", x, x.abs() <= LONGEST, place)?;
+        require("laser_y", y, y.abs() <= LONGEST, place)?;
+        require("laser_yaw", yaw, yaw.abs() <= LONGEST, "must be within 1000 rad")?;
+        require("range_offset", range_offset, range_offset.abs() <= 10.0, "must be at most 10 m either way")?;
+        Ok(Self { name, mount: Se2::new(x, y, yaw), range_offset })
+    }
 }
 
 /// What wheels do beside what they read.
@@ -54,9 +75,15 @@ impl WheelNoise {
     /// # Errors
     /// The first that is not.
     pub fn validate(&self) -> Result<(), ModelError> {
-        require("noise.slip", self.slip, self.slip >= 0.0, "must be 0 m or more")?;
-        require("noise.steering", self.steering, self.steering >= 0.0, "must be 0 rad or more")?;
-        require("noise.memory", self.memory, self.memory > 0.0, "must be above 0 s")
+        require("noise.slip", self.slip, (0.0..=LONGEST).contains(&self.slip), "must be between 0 and 1000 m")?;
+        require(
+            "noise.steering",
+            self.steering,
+            (0.0..=PI).contains(&self.steering),
+            "must be between 0 and half a turn",
+        )?;
+        let holds = self.memory > 0.0 && self.memory <= LONGEST_MEMORY;
+        require("noise.memory", self.memory, holds, "must be above 0 s and at most a day")
     }
 }
 
@@ -80,8 +107,32 @@ pub struct ParameterCovariance {
     pub matrix: DMatrix<f64>,
 }
 
+impl ParameterCovariance {
+    fn check(&self) -> Result<(), ModelError> {
+        let (n, m) = (self.names.len(), &self.matrix);
+        if let Some(name) = (1..n).map(|k| &self.names[k]).zip(1..).find(|(name, k)| self.names[..*k].contains(name)) {
+            return Err(ModelError::Vehicle(format!("covariance: {} is named twice", name.0)));
+        }
+        require("covariance", m.nrows() as f64, m.shape() == (n, n), "must have a row and a column a parameter")?;
+        for (k, value) in m.iter().enumerate() {
+            let is_variance = k % (n + 1) == 0;
+            let holds = if is_variance { *value > 0.0 && *value <= LARGEST_VARIANCE } else { true };
+            require("covariance", *value, holds, "must be finite, variances above 0 and at most 1e12")?;
+        }
+        if n == 0 {
+            return Ok(());
+        }
+        let scaled = DMatrix::from_fn(n, n, |i, j| m[(i, j)] / (m[(i, i)].sqrt() * m[(j, j)].sqrt()));
+        let skew = (&scaled - scaled.transpose()).amax();
+        require("covariance", skew, skew <= ROUNDING, "must be symmetric")?;
+        let least = scaled.symmetric_eigenvalues().iter().fold(1.0, |a: f64, b| a.min(*b));
+        require("covariance", least, least >= -ROUNDING, "has a direction of negative variance: must be positive")
+    }
+}
+
 /// A calibrated vehicle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "VehicleSpec", into = "VehicleSpec")]
 pub struct Vehicle {
     drive: Drive,
     scanners: Vec<Scanner>,
@@ -94,6 +145,12 @@ pub struct Vehicle {
 
 /// Longest delay, base or radius that any wheeled vehicle has; beyond it a number has the wrong unit.
 const LONGEST: f64 = 1e3;
+/// Longest memory of a steering error [s]: beyond a day it is an offset.
+const LONGEST_MEMORY: f64 = 86_400.0;
+/// Largest variance of a parameter: beyond it nothing is known, and nothing can be computed.
+const LARGEST_VARIANCE: f64 = 1e12;
+/// How far rounding may take a covariance below zero, as a share of its variances.
+const ROUNDING: f64 = 1e-9;
 /// Shortest wheelbase or axle [m].
 const SHORTEST: f64 = 1e-3;
 /// Smallest travel of a wheel per unit of its counter [m].
@@ -127,23 +184,49 @@ impl Vehicle {
     /// The same with the covariance of its estimated parameters.
     ///
     /// # Errors
-    /// A matrix that is not finite, not square, or has a negative variance.
+    /// A name that the vehicle does not have, a matrix that is not finite, symmetric and positive.
     pub fn with_covariance(mut self, covariance: ParameterCovariance) -> Result<Self, ModelError> {
-        let (n, m) = (covariance.names.len(), &covariance.matrix);
-        require("covariance", m.nrows() as f64, m.shape() == (n, n), "must have a row and a column a parameter")?;
-        for (k, value) in m.iter().enumerate() {
-            let diagonal = k % (n + 1) == 0;
-            require("covariance", *value, !diagonal || *value >= 0.0, "must be finite, variances 0 or more")?;
+        covariance.check()?;
+        let names = self.parameter_names();
+        if let Some(name) = covariance.names.iter().find(|name| !names.contains(&name.as_str())) {
+            let known = names.join(", ");
+            return Err(ModelError::Vehicle(format!("covariance: no parameter is called {name}: there are {known}")));
         }
         self.covariance = covariance;
         Ok(self)
     }
 
     /// The same with the names of its joints and the unit of its counters.
-    #[must_use]
-    pub fn with_joints(mut self, joints: Vec<String>, unit: CounterUnit) -> Self {
+    ///
+    /// # Errors
+    /// Other than two joints, or none.
+    pub fn with_joints(mut self, joints: Vec<String>, unit: CounterUnit) -> Result<Self, ModelError> {
+        if !joints.is_empty() && joints.len() != 2 {
+            return Err(ModelError::Vehicle(format!("joints: a vehicle has two, not {}", joints.len())));
+        }
         (self.joints, self.unit) = (joints, unit);
-        self
+        Ok(self)
+    }
+
+    /// Names of the parameters that can have a covariance.
+    #[must_use]
+    pub fn parameter_names(&self) -> Vec<&'static str> {
+        let one_offset = if matches!(self.drive, Drive::Tricycle(_)) { &["steering_offset"][..] } else { &[] };
+        self.drive
+            .names()
+            .iter()
+            .chain(one_offset)
+            .chain(&["laser_x", "laser_y", "laser_yaw", "delay"])
+            .copied()
+            .collect()
+    }
+
+    /// Whether a tricycle has one steering offset forward and another one backward.
+    #[must_use]
+    pub fn is_asymmetric(&self) -> bool {
+        let Drive::Tricycle(t) = self.drive else { return false };
+        let estimated = self.covariance.names.iter().any(|name| Tricycle::NAMES[3..].contains(&name.as_str()));
+        estimated || t.offset_forward != t.offset_backward
     }
 
     /// What its wheels do.
@@ -203,7 +286,7 @@ fn check_drive(drive: &Drive) -> Result<(), ModelError> {
     let length = |name, v: f64| {
         require(name, v, (SHORTEST..=LONGEST).contains(&v.abs()), "must be between 1 mm and 1000 m, of either sign")
     };
-    let angle = |name, v: f64| require(name, v, v.abs() <= std::f64::consts::PI, "must be within half a turn");
+    let angle = |name, v: f64| require(name, v, v.abs() <= PI, "must be within half a turn");
     match drive {
         Drive::Tricycle(Tricycle { scale: s, wheelbase, gain, offset_forward, offset_backward }) => {
             scale("drive_scale", *s)?;
@@ -221,12 +304,8 @@ fn check_drive(drive: &Drive) -> Result<(), ModelError> {
 }
 
 fn check_scanner(scanner: &Scanner) -> Result<(), ModelError> {
-    let Scanner { mount, range_offset, .. } = scanner;
-    let place = "must be within 1000 m of the base";
-    require("laser_x", mount.x(), mount.x().abs() <= LONGEST, place)?;
-    require("laser_y", mount.y(), mount.y().abs() <= LONGEST, place)?;
-    require("laser_yaw", mount.theta(), true, "must be finite")?;
-    require("range_offset", *range_offset, range_offset.abs() <= 10.0, "must be at most 10 m either way")
+    let pose = scanner.mount.to_vector();
+    Scanner::new(String::new(), [pose.x, pose.y, pose.z], scanner.range_offset).map(|_| ())
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 //! The rate is what an unknown delay between the clocks of wheels and scanner needs. Assumes that readings are close
 //! enough for the steering to be even within a step: the error is of second order in their distance.
 
+use groma_geometry::wrap;
 use nalgebra::Vector2;
 use thiserror::Error;
 
@@ -21,6 +22,37 @@ pub enum WheelKind {
     Steered,
     /// Cumulative counts of the left and the right wheel.
     Differential,
+}
+
+impl WheelKind {
+    /// How many of the two numbers are counters.
+    #[must_use]
+    pub fn counters(self) -> usize {
+        match self {
+            Self::Steered => 1,
+            Self::Differential => 2,
+        }
+    }
+
+    /// What was gained between two readings; a steering angle takes the short way round.
+    #[must_use]
+    pub fn gained(self, before: Vector2<f64>, after: Vector2<f64>) -> Vector2<f64> {
+        let gained = after - before;
+        match self {
+            Self::Steered => Vector2::new(gained.x, wrap(gained.y)),
+            Self::Differential => gained,
+        }
+    }
+
+    /// Input of the drive between two readings: counts and the mean of the steering, or both counts.
+    #[must_use]
+    pub fn input(self, before: Vector2<f64>, after: Vector2<f64>) -> Vector2<f64> {
+        let gained = self.gained(before, after);
+        match self {
+            Self::Steered => Vector2::new(gained.x, before.y + gained.y / 2.0),
+            Self::Differential => gained,
+        }
+    }
 }
 
 /// Why a log is none.
@@ -153,16 +185,16 @@ impl WheelLog {
     /// The reading at a time before reading `after` and not before the one that precedes it.
     fn knot(&self, after: usize, time: f64) -> Knot {
         let (a, b) = (after - 1, after);
-        let slope = (self.readings[b] - self.readings[a]) / (self.time[b] - self.time[a]);
+        let slope = self.kind.gained(self.readings[a], self.readings[b]) / (self.time[b] - self.time[a]);
         Knot { time, value: self.readings[a] + slope * (time - self.time[a]), slope }
     }
 
     fn step(&self, a: Knot, b: Knot) -> Step {
-        let join = |a: Vector2<f64>, b: Vector2<f64>| match self.kind {
-            WheelKind::Steered => Vector2::new(b.x - a.x, (a.y + b.y) / 2.0),
-            WheelKind::Differential => b - a,
+        let rate = match self.kind {
+            WheelKind::Steered => Vector2::new(b.slope.x - a.slope.x, (a.slope.y + b.slope.y) / 2.0),
+            WheelKind::Differential => b.slope - a.slope,
         };
-        Step { input: join(a.value, b.value), rate: join(a.slope, b.slope), duration: b.time - a.time }
+        Step { input: self.kind.input(a.value, b.value), rate, duration: b.time - a.time }
     }
 }
 
@@ -190,6 +222,15 @@ mod tests {
         let steps = log(WheelKind::Steered).steps(0.5, 3.0).unwrap();
         for (step, mean) in steps.iter().zip([0.15, 0.2, 0.0]) {
             assert!((step.input.y - mean).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_steering_that_passes_half_a_turn_does_not_swing_round() {
+        let readings = [(0.0, 3.1), (1.0, -3.1)].map(|(a, b)| Vector2::new(a, b)).to_vec();
+        let log = WheelLog::new(WheelKind::Steered, vec![0.0, 1.0], readings).unwrap();
+        for step in log.steps(0.2, 0.9).unwrap().iter().chain(&log.steps(0.0, 1.0).unwrap()) {
+            assert!(wrap(step.input.y - std::f64::consts::PI).abs() < 0.05, "{step:?}");
         }
     }
 

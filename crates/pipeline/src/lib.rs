@@ -12,8 +12,10 @@ pub mod map_at_poses;
 pub mod message;
 pub mod order;
 pub mod survey;
+pub mod wheels;
 
 pub use map_at_poses::MapAtPoses;
 pub use message::Message;
-pub use order::{Left, Order};
+pub use order::{Left, Order, disorder};
 pub use survey::SurveyCameras;
+pub use wheels::{WheelReader, WheelRecord, WheelRow, WheelStep};

@@ -40,6 +40,20 @@ pub enum Left {
     Leap,
 }
 
+/// How late the messages of a recorded stream come, at most [s]: what a file asks for. Stamps that are no numbers or far
+/// ahead of all before do not count, and no file asks for more than [`LEAP`].
+pub fn disorder(stamps: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut newest, mut latest) = (None, 0.0_f64);
+    for stamp in stamps.into_iter().filter(|s| s.is_finite()) {
+        let before = newest.unwrap_or(stamp);
+        if stamp <= before + LEAP {
+            latest = latest.max(before - stamp);
+            newest = Some(stamp.max(before));
+        }
+    }
+    latest.min(LEAP)
+}
+
 struct Waiting {
     key: f64,
     rank: u8,
@@ -250,6 +264,17 @@ mod tests {
         assert_eq!(found.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::StampsLate, Code::ValuesInvalid]);
         assert_eq!((found[0].span, found[1].span), (Some((1.0, 2.0)), None));
         assert_eq!(found[0].values[0].value, 2.0);
+    }
+
+    #[test]
+    fn a_file_asks_for_the_lateness_it_needs() {
+        let stamps = [0.0, 0.1, 0.3, 0.2, 5e5, 0.4, 0.25, f64::NAN, 0.5];
+        let needed = disorder(stamps);
+        assert!((needed - 0.15).abs() < 1e-12);
+        let (out, left) = run(needed, stamps.map(odometry).to_vec());
+        assert_eq!(out.iter().map(|m| m.0).collect::<Vec<_>>(), [0.0, 0.1, 0.2, 0.25, 0.3, 0.4, 0.5]);
+        assert_eq!(left, vec![(Left::NotFinite, 1), (Left::Leap, 1)]);
+        assert_eq!(disorder([3.0, 4.0, 5.0]), 0.0);
     }
 
     #[test]

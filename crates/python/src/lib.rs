@@ -19,8 +19,10 @@ mod recognition;
 mod rendering;
 mod simulation;
 mod token;
+mod vehicle;
 mod vehicle_plan;
 mod vision;
+mod wheels;
 
 use pyo3::prelude::*;
 
@@ -45,7 +47,9 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     recognition::register(m)?;
     rendering::register(m)?;
     simulation::register(m)?;
+    vehicle::register(m)?;
     vision::register(m)?;
     vehicle_plan::register(m)?;
+    wheels::register(m)?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

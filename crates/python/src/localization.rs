@@ -4,7 +4,7 @@ use crate::gate;
 use crate::mapping::matrices;
 use groma_localization::{
     CALIBRATION, DRIVE, Error, LocalView, Localizer as Core, Located, Motion, Observation, Options, Quality,
-    RelocalizeOptions, Relocalizer as CoreRelocalizer, Start, Status, Update, WheelNoise, sees,
+    RelocalizeOptions, Relocalizer as CoreRelocalizer, Start, Status, Update, sees,
 };
 use groma_models::{Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle};
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
@@ -22,13 +22,13 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Localizer>()
 }
 
-/// The settings of localization, of relocalization and of wheels, and their defaults, as JSON.
+/// The settings of localization and of relocalization, and their defaults, as JSON.
 #[pyfunction]
-fn localization_defaults() -> PyResult<(String, String, String)> {
+fn localization_defaults() -> PyResult<(String, String)> {
     let failed = |e: serde_json::Error| PyValueError::new_err(e.to_string());
     let options = serde_json::to_string(&Options::default()).map_err(failed)?;
     let relocalize = serde_json::to_string(&RelocalizeOptions::default()).map_err(failed)?;
-    Ok((options, relocalize, serde_json::to_string(&WheelNoise::default()).map_err(failed)?))
+    Ok((options, relocalize))
 }
 
 fn parse<T: serde::de::DeserializeOwned>(options: &str) -> PyResult<T> {
@@ -42,13 +42,14 @@ fn wheel_motion<'py>(
     tricycle: bool,
     parameters: [f64; DRIVE],
     step: (f64, f64),
+    duration: f64,
     noise: &str,
 ) -> PyResult<(Pose, Matrix<'py>, Matrix<'py>)> {
     let drive = match tricycle {
         true => Drive::Tricycle(Tricycle::from_parameters(parameters)),
         false => Drive::Differential(Differential::from_parameters(parameters)),
     };
-    let m = Motion::of_wheels(&drive, Vector2::new(step.0, step.1), &parse(noise)?);
+    let m = Motion::of_wheels(&drive, Vector2::new(step.0, step.1), duration, &parse(noise)?);
     let covariance = Array2::from_shape_fn((3, 3), |(i, j)| m.covariance[(i, j)]);
     let by_drive = Array2::from_shape_fn((3, DRIVE), |(i, j)| m.by_drive[(i, j)]);
     Ok(((m.motion.x(), m.motion.y(), m.motion.theta()), covariance.into_pyarray(py), by_drive.into_pyarray(py)))

@@ -1,4 +1,4 @@
-"""Settings as TOML text: nested dictionaries of booleans, numbers, strings and lists of these.
+"""Settings as TOML text: nested dictionaries of booleans, numbers, strings and lists of these or of tables.
 
 What is unset (None) stands as a comment, for TOML has no word for it. Reading is the standard library's `tomllib`.
 Source: toml.io/en/v1.0.0.
@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -25,13 +26,20 @@ def to_toml(values: Mapping[str, object], table: str = "") -> str:
     TypeError
         For a value that TOML cannot hold.
     """
-    plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
+    plain = {key: value for key, value in values.items() if not isinstance(value, Mapping) and not _is_tables(value)}
     text = f"\n[{table}]\n" if table and (plain or not values) else ""
     text += "".join(_line(key, value) for key, value in plain.items())
     for key, value in values.items():
         if isinstance(value, Mapping):
             text += to_toml(value, f"{table}.{_key(key)}" if table else _key(key))
+        elif _is_tables(value):
+            name = f"[{table}.{_key(key)}]" if table else f"[{_key(key)}]"
+            text += "".join(to_toml(entry, name) for entry in cast(list[Mapping[str, object]], value))
     return text if table else text.removeprefix("\n")
+
+
+def _is_tables(value: object) -> bool:
+    return isinstance(value, list) and len(value) > 0 and all(isinstance(entry, Mapping) for entry in value)
 
 
 def _line(key: str, value: object) -> str:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from groma import _core
 from groma.errors import UserError
 from groma.io.drive import Drive, open_drive
-from groma.io.left_out import left_out
 from groma.io.recording import Recording
 from groma.io.wheels import read_wheels
 from groma.models import LaserScan, Odometry
-from groma.vehicle import Vehicle, dead_reckoning
+from groma.vehicle import Vehicle
 
 STREAM = "wheels"
 _OF_VEHICLE = ("mount-unknown", "mount-found", "odometry-missing")
@@ -68,7 +68,7 @@ def open_wheel_drive(recording: Recording, vehicle: Vehicle, *, scans: str | Non
             f"{recording.path}: its wheels are read in {wheels.unit}, those of the vehicle in {vehicle.unit}"
         )
     stamps = wheels.time - vehicle.parameters["delay"]
-    poses = dead_reckoning(vehicle, wheels.readings)
+    poses = _core.dead_reckoning(vehicle.to_json(), wheels.readings)
     x, y, yaw = vehicle.laser
     return WheelDrive(
         recording,
@@ -78,8 +78,7 @@ def open_wheel_drive(recording: Recording, vehicle: Vehicle, *, scans: str | Non
         mount_known=True,
         notes=[
             *(note for note in drive.notes if note.code not in _OF_VEHICLE),
-            *wheels.notes,
-            *left_out(wheels.skipped),
+            *wheels.findings,
         ],
         poses=[Odometry(t, STREAM, *pose) for t, pose in zip(stamps.tolist(), poses.tolist(), strict=True)],
     )

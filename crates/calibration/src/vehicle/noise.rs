@@ -5,7 +5,7 @@
 use super::motions::{Motion, Motions, Segments};
 use super::options::Options;
 use super::parameters::Vehicle;
-use super::wheel_process::{WheelProcess, fresh, keep};
+use super::wheel_process::WheelProcess;
 use groma_models::WheelNoise;
 use nalgebra::{Matrix3, Vector3};
 
@@ -76,12 +76,12 @@ impl SharedSteering {
         }
         let link = |(k, own): (usize, &WheelProcess)| {
             let next = motions.get(k + 1).map_or(motions[k].end, |next| next.start);
-            let left = keep(next - motions[k].start, noise);
+            let left = noise.kept(next - motions[k].start);
             SteeringLink {
                 by_start: own.by_start,
                 keep: left,
-                fresh: fresh(left, noise),
-                with_next: own.with_end * keep(next - motions[k].end, noise),
+                fresh: noise.fresh(left),
+                with_next: own.with_end * noise.kept(next - motions[k].end),
             }
         };
         let links = of_wheels.iter().enumerate().map(link).collect();

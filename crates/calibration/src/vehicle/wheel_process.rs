@@ -20,7 +20,7 @@
 
 use super::parameters::Vehicle;
 use groma_models::wheel_log::Step;
-use groma_models::{Drive, Increment, WheelNoise};
+use groma_models::{Drive, WheelMotion, WheelNoise};
 use nalgebra::{Matrix3, Vector3};
 
 /// A step is taken in parts no longer than this share of the memory.
@@ -92,16 +92,14 @@ impl Default for Base {
 
 impl Base {
     fn step(&mut self, drive: &Drive, step: &Step, noise: &WheelNoise) {
-        let increment = drive.increment(step.input);
-        let steers = by_angle(drive, &increment);
+        let own = WheelMotion::new(drive, step.input);
+        let steers = own.by_angle;
         self.forget(step.duration / 2.0, noise);
-        let carried = increment.motion.inverse().adjoint();
+        let carried = own.motion.inverse().adjoint();
         let across = carried * self.with_error * steers.transpose();
         self.covariance = carried * self.covariance * carried.transpose() + across + across.transpose();
         self.covariance += steers * steers.transpose() * self.fresh;
-        for (direction, path) in wheel_paths(drive, step, &increment) {
-            self.covariance += direction * direction.transpose() * (noise.slip.powi(2) * path.abs());
-        }
+        self.covariance += own.slip(noise);
         self.by_start = carried * self.by_start + steers * self.kept;
         self.with_error = carried * self.with_error + steers * self.fresh;
         self.forget(step.duration / 2.0, noise);
@@ -109,46 +107,9 @@ impl Base {
 
     /// The steering error goes on for a time.
     fn forget(&mut self, time: f64, noise: &WheelNoise) {
-        let keep = keep(time, noise);
-        self.kept *= keep;
-        self.with_error *= keep;
-        self.fresh = keep.powi(2) * self.fresh + fresh(keep, noise);
+        let kept = noise.kept(time);
+        self.kept *= kept;
+        self.with_error *= kept;
+        self.fresh = kept.powi(2) * self.fresh + noise.fresh(kept);
     }
-}
-
-/// What is left of a steering error after a time.
-#[must_use]
-pub fn keep(time: f64, noise: &WheelNoise) -> f64 {
-    (-time.max(0.0) / noise.memory).exp()
-}
-
-/// Variance of what has come to a steering error of which `keep` is left [rad^2].
-#[must_use]
-pub fn fresh(keep: f64, noise: &WheelNoise) -> f64 {
-    noise.steering.powi(2) * (1.0 - keep * keep)
-}
-
-/// The motion of the base per angle of the wheel: both offsets move it.
-fn by_angle(drive: &Drive, increment: &Increment) -> Vector3<f64> {
-    use super::parameters::{OFFSET_BACKWARD, OFFSET_FORWARD};
-    let by = &increment.by_parameter;
-    match drive {
-        Drive::Tricycle(_) => by.column(OFFSET_FORWARD) + by.column(OFFSET_BACKWARD),
-        Drive::Differential(_) => Vector3::zeros(),
-    }
-}
-
-/// Of every driven wheel: the motion of the base per metre of its path, and that path [m].
-fn wheel_paths(drive: &Drive, step: &Step, increment: &Increment) -> [(Vector3<f64>, f64); 2] {
-    let scales = match drive {
-        Drive::Tricycle(t) => [t.scale, 0.0],
-        Drive::Differential(d) => [d.left, d.right],
-    };
-    [0, 1].map(|w| {
-        let scale = scales[w];
-        if scale == 0.0 {
-            return (Vector3::zeros(), 0.0);
-        }
-        (increment.by_input.column(w) / scale, scale * step.input[w])
-    })
 }

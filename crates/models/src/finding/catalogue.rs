@@ -137,6 +137,11 @@ catalogue! {
         "A wheel counter leaps: it was reset or readings are wrong.", "Check the encoder.";
     WheelsFromOdometry "wheels-from-odometry" Info None,
         "Wheels were made from odometry: radii are factors on its wheels.", "";
+    WheelsSwapped "wheels-swapped" Warning None,
+        "Left and right wheel are swapped: the vehicle's front is where its rear was taken to be.",
+        "Swap the joints with --joints, or in the driver, and calibrate again.";
+    WheelReversed "wheel-reversed" Warning None,
+        "A wheel counts backward when the vehicle drives forward.", "Turn the sign of its counter in the driver.";
     // What an estimate says.
     LoopNone "loop-none" Warning None,
         "No loop was closed: only registration from scan to scan holds the map together.",
