@@ -1,24 +1,24 @@
-"""From a drive to a map: the Rust core fed in order of time, its arrays put into values."""
+"""From a drive to a map: the Rust core fed with what comes, its arrays put into values."""
 
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from groma import _core
 from groma.errors import EstimationError, UserError
+from groma.findings import of_core
 from groma.io.drive import Drive
 from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph, WeakSpot
 from groma.models import LaserScan, Odometry
 
 Progress = Callable[[int, int, int, int], None]
 """Called with scans read, keyframes, local maps and closures."""
-
+SHOWN_EVERY = 20
+"""Scans between two calls of a progress."""
 
 STREAMS: dict[str, object] = {"scans": "", "odometry": ""}
 """Settings that the core does not know: which streams of the recording are mapped; empty, chosen by the reader."""
@@ -29,17 +29,26 @@ def map_defaults() -> dict[str, object]:
     return {**STREAMS, **_core.map_defaults()}
 
 
-def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress | None = None) -> MapResult:
+def map_drive(
+    drive: Drive,
+    settings: Mapping[str, object],
+    progress: Progress | None = None,
+    token: _core.Token | None = None,
+) -> MapResult:
     """Map a drive.
+
+    Ctrl-C, or a cancelled token, ends the work with the map of what was read: the graph as it stands.
 
     Parameters
     ----------
     drive
-        Scans and odometry in order of time.
+        Scans and odometry in the order in which they came.
     settings
         Those of ``groma config``; what is left out has its default.
     progress
-        Called after every scan.
+        Called now and then.
+    token
+        Ends the work when it is cancelled.
 
     Raises
     ------
@@ -48,31 +57,35 @@ def map_drive(drive: Drive, settings: Mapping[str, object], progress: Progress |
     EstimationError
         When no scan could be used or the pose graph cannot be solved.
     """
+    mount = (drive.mount.x, drive.mount.y, drive.mount.yaw)
     try:
-        core = _core.Mapper(json.dumps({key: value for key, value in settings.items() if key not in STREAMS}))
+        core = _core.Mapper(json.dumps({key: value for key, value in settings.items() if key not in STREAMS}), mount)
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
-    counts: Counter[str] = Counter()
-    _feed(core, drive, counts, progress)
+    token = token or _core.Token()
     try:
-        arrays = core.finish()
-    except RuntimeError as error:
+        _feed(core, drive, progress, token)
+    except KeyboardInterrupt:
+        token.cancel()
+    try:
+        arrays = core.finish(token)
+    except EstimationError as error:
         raise EstimationError(f"{drive.recording.path}: {error}") from error
-    return to_result(arrays, counts)
+    return to_result(arrays)
 
 
-def _feed(core: _core.Mapper, drive: Drive, counts: Counter[str], progress: Progress | None) -> None:
-    mount = (drive.mount.x, drive.mount.y, drive.mount.yaw)
+def _feed(core: _core.Mapper, drive: Drive, progress: Progress | None, token: _core.Token) -> None:
+    scans = 0
     for event in drive.events():
+        if token.cancelled:
+            return
         if isinstance(event, Odometry):
             core.push_odometry(event.stamp, event.x, event.y, event.theta)
-            counts["odometry_read"] += 1
             continue
-        skipped = core.push_scan(event.stamp, event.ranges, event.intensities, beams(event), mount)
-        counts["scans_read"] += 1
-        counts[f"scans with {skipped}" if skipped else "scans_used"] += 1
-        if progress:
-            progress(counts["scans_read"], *core.progress())
+        core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
+        scans += 1
+        if progress and scans % SHOWN_EVERY == 0 and (state := core.state()):
+            progress(scans, state["keyframes"], state["local_maps"], state["closures"])
 
 
 def beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
@@ -98,7 +111,9 @@ def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
         weak=tuple(
             WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays["weak"]
         ),
-        counts={**counts, **_counts(arrays, closures)},
+        counts={**counts, **arrays["counts"]},
+        findings=of_core(arrays["findings"]),
+        verdict=arrays["verdict"],
     )
 
 
@@ -153,26 +168,3 @@ def _closures(arrays: dict[str, Any]) -> tuple[Closure, ...]:
             )
         )
     return tuple(out)
-
-
-def _counts(arrays: dict[str, Any], closures: tuple[Closure, ...]) -> dict[str, float]:
-    path = arrays["poses"][:, :2]
-    length = float(sum(np.hypot(*(b - a)) for a, b in pairwise(path)))
-    x, y, yaw = arrays["offset"]
-    sx, sy, syaw = arrays["offset_sigmas"]
-    return {
-        "keyframes": len(path),
-        "local_maps": arrays["local_maps"],
-        "closures_accepted": sum(c.accepted for c in closures),
-        "closures_rejected": sum(not c.accepted for c in closures),
-        "closure_candidates_with_too_little_in_common_view": arrays["undecided"],
-        "scans_whose_odometry_failed": arrays["unaided"],
-        "torn_stretches": arrays["torn"],
-        "path_m": length,
-        "laser_offset_x_m": x,
-        "laser_offset_y_m": y,
-        "laser_offset_yaw_rad": yaw,
-        "laser_offset_x_sigma_m": sx,
-        "laser_offset_y_sigma_m": sy,
-        "laser_offset_yaw_sigma_rad": syaw,
-    }

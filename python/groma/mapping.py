@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.bounds import require, require_all
+from groma.findings import Finding
 
 Array = NDArray[np.float64]
 
@@ -136,6 +137,10 @@ class MapResult:
     weak: tuple[WeakSpot, ...]
     counts: dict[str, float]
     """Scans read, used and skipped with the reason, local maps, candidates, path length, ..."""
+    findings: tuple[Finding, ...] = ()
+    """What the core noticed on the way and in the result."""
+    verdict: str = "consistent"
+    """The word that follows from them."""
 
 
 def no_landmarks() -> Landmarks:

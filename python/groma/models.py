@@ -56,6 +56,11 @@ class LaserScan:
         require("stamp", "stamp", self.stamp)
         require("beams", "beams", len(self.ranges))
 
+    @property
+    def end(self) -> float:
+        """Time of the last beam fired: a recorder writes the scan then [s]."""
+        return self.stamp + max(0.0, (len(self.ranges) - 1) * self.geometry.time_increment)
+
 
 @dataclass(frozen=True, slots=True)
 class Odometry:

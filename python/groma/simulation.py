@@ -179,17 +179,18 @@ class Simulated:
     """(C, 4) pillars, legs and the like: x, y, radius [m], reflectivity."""
 
     def __iter__(self) -> Iterator[Message]:
-        """Yield all messages in order of time; of one stamp: transform, odometry, joint state, scan."""
+        """Yield all messages as a recorder takes them: a scan after its last beam, so after the odometry until then."""
         yield self._mount()
-        scan = 0
+        scans = map(self._scan, range(len(self.scan_stamps)))
+        scan = next(scans, None)
         for k, stamp in enumerate(self.stamps):
-            while scan < len(self.scan_stamps) and self.scan_stamps[scan] < stamp:
-                yield self._scan(scan)
-                scan += 1
+            while scan is not None and scan.end < stamp:
+                yield scan
+                scan = next(scans, None)
             yield self._odometry(k)
             yield self._joints(k)
-        for rest in range(scan, len(self.scan_stamps)):
-            yield self._scan(rest)
+        if scan is not None:
+            yield from (scan, *scans)
 
     def _mount(self) -> Transform:
         x, y, yaw = self.scenario.scanner.mount

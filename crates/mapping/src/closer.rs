@@ -11,17 +11,19 @@
 
 use crate::closure::{Closure, Expected, GATE, REACH, Verdict, invert, judge};
 use crate::keyframe::Keyframe;
-use crate::local_map::LocalMap;
-use crate::pose_graph::{Edge, Options, PoseGraph};
+use crate::local_map::{LocalMap, step};
+use crate::pose_graph::{Edge, Error, Options, PoseGraph};
 use crate::uncertainty::{Link, from_source};
 use crate::verify::{Check, check};
 use groma_features::association::{self, associate};
 use groma_features::glarot::Index;
 use groma_geometry::Se2;
+use groma_models::{Cancelled, Token};
 use groma_registration::Window;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Local maps this close in the sequence share scans: nothing to close.
 const LEAST_GAP: usize = 3;
@@ -43,11 +45,13 @@ const MOST_ALIKE: usize = 6;
 /// Local maps this close in the sequence may confirm each other.
 const NEIGHBOURS: usize = 6;
 
-/// The local maps, their poses and what ties them together.
-#[derive(Default)]
+/// The local maps, their poses and what ties them together. A copy shares the maps.
+#[derive(Clone, Default)]
 pub struct Closer {
     /// Local maps in order of time.
-    pub maps: Vec<LocalMap>,
+    pub maps: Vec<Arc<LocalMap>>,
+    /// Measured pose of each map's anchor in the frame of the one before, and its covariance; none for the first.
+    steps: Vec<(Se2, Matrix3<f64>)>,
     /// `T_map_anchor`.
     pub poses: Vec<Se2>,
     /// Everything that was verified.
@@ -68,21 +72,28 @@ struct Candidate {
 }
 
 impl Closer {
-    /// Appends a local map; the one before must already be linked to it.
-    pub fn add(&mut self, map: LocalMap) {
-        let pose = match (self.poses.last(), self.maps.last().and_then(|m| m.next)) {
-            (Some(last), Some((step, _))) => *last * step,
-            _ => map.anchor,
-        };
+    /// Appends a local map.
+    pub fn add(&mut self, map: LocalMap, keyframes: &[Keyframe]) {
+        let mut pose = map.anchor;
+        if let (Some(before), Some(last)) = (self.maps.last(), self.poses.last()) {
+            let step = step(before, &map, keyframes);
+            pose = *last * step.0;
+            self.steps.push(step);
+        }
         self.index.add(&map.signature);
-        self.maps.push(map);
+        self.maps.push(Arc::new(map));
         self.poses.push(pose);
     }
 
     /// Looks for closures of local map `b` with those before it; returns how many were accepted.
-    pub fn close(&mut self, b: usize, keyframes: &[Keyframe]) -> usize {
-        let candidates = self.candidates(b);
-        let found: Vec<Option<Closure>> = candidates.par_iter().map(|c| self.examine(c, keyframes)).collect();
+    ///
+    /// # Errors
+    /// When `token` is cancelled; nothing has changed then, or poses alone are not yet arranged.
+    pub fn close(&mut self, b: usize, keyframes: &[Keyframe], token: &Token) -> Result<usize, Cancelled> {
+        token.check()?;
+        let candidates = self.candidates(b, token)?;
+        let found = candidates.par_iter().map(|c| self.examine(c, keyframes, token));
+        let found: Vec<Option<Closure>> = found.collect::<Result<_, Cancelled>>()?;
         self.closures.retain(|c| !candidates.iter().any(|n| (n.a, n.b) == (c.from, c.to)));
         self.tried.extend(candidates.iter().map(|c| ((c.a, c.b), c.expected.pose)));
         let before = self.accepted();
@@ -90,9 +101,9 @@ impl Closer {
         self.confirm(b);
         let accepted = self.accepted() - before;
         if accepted > 0 {
-            self.optimize();
+            self.optimize(token)?;
         }
-        accepted
+        Ok(accepted)
     }
 
     fn accepted(&self) -> usize {
@@ -100,17 +111,26 @@ impl Closer {
     }
 
     /// Goes over all pairs again that were not looked at, or stand elsewhere since, until nothing new is found.
-    pub fn revisit(&mut self, keyframes: &[Keyframe]) {
+    ///
+    /// # Errors
+    /// When `token` is cancelled; what was found until then stays.
+    pub fn revisit(&mut self, keyframes: &[Keyframe], token: &Token) -> Result<(), Cancelled> {
         for _ in 0..ROUNDS {
-            let news: usize = (0..self.maps.len()).map(|b| self.close(b, keyframes)).sum();
+            token.begin(self.maps.len());
+            let mut news = 0;
+            for b in 0..self.maps.len() {
+                news += self.close(b, keyframes, token)?;
+                token.step()?;
+            }
             if news == 0 {
                 break;
             }
         }
+        Ok(())
     }
 
     /// Earlier maps that may overlap map `b`: nearest first, then those that look alike.
-    fn candidates(&self, b: usize) -> Vec<Candidate> {
+    fn candidates(&self, b: usize, token: &Token) -> Result<Vec<Candidate>, Cancelled> {
         let spread = from_source(self.maps.len(), &self.links(), b);
         let candidate = |a: usize| {
             let predicted = self.poses[a].between(&self.poses[b]);
@@ -125,8 +145,8 @@ impl Closer {
             all.filter(|c| c.distance < NEAR).partition(|c| c.expected.whole_reach() < 1.5 * REACH.1);
         near.sort_by(|x, y| x.distance.total_cmp(&y.distance).then(x.a.cmp(&y.a)));
         near.truncate(MOST_CANDIDATES);
-        near.extend(self.alike(b, &mut far));
-        near
+        near.extend(self.alike(b, &mut far, token)?);
+        Ok(near)
     }
 
     /// Whether a pair was never looked at, or was turned down and stands elsewhere since.
@@ -139,9 +159,9 @@ impl Closer {
 
     /// Of maps whose place is too uncertain to be searched, those with the most similar signatures, with the poses that their
     /// corners suggest.
-    fn alike(&self, b: usize, far: &mut Vec<Candidate>) -> Vec<Candidate> {
+    fn alike(&self, b: usize, far: &mut Vec<Candidate>, token: &Token) -> Result<Vec<Candidate>, Cancelled> {
         if self.maps[b].corners.len() < LEAST_CORNERS || far.is_empty() {
-            return Vec::new();
+            return Ok(Vec::new());
         }
         let eligible: BTreeSet<usize> =
             far.iter().map(|c| c.a).filter(|a| self.maps[*a].corners.len() >= LEAST_CORNERS).collect();
@@ -151,18 +171,23 @@ impl Closer {
         std::mem::take(far)
             .into_par_iter()
             .map(|mut c| {
+                token.check()?;
                 let hypotheses =
                     associate(&self.maps[c.a].corners, &self.maps[c.b].corners, &association::Options::default());
                 c.suggested = Some(hypotheses.iter().map(|h| h.transform).collect());
-                c
+                Ok(c)
             })
             .collect()
     }
 
-    fn links(&self) -> Vec<Link> {
-        let steps = self.maps.iter().enumerate().filter_map(|(k, m)| {
-            let (pose, covariance) = m.next?;
-            (k + 1 < self.maps.len()).then_some(Link { from: k, to: k + 1, pose, covariance })
+    /// Steps and accepted closures.
+    #[must_use]
+    pub fn links(&self) -> Vec<Link> {
+        let steps = self.steps.iter().enumerate().map(|(k, (pose, covariance))| Link {
+            from: k,
+            to: k + 1,
+            pose: *pose,
+            covariance: *covariance,
         });
         let closed = self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).map(|c| Link {
             from: c.from,
@@ -174,7 +199,8 @@ impl Closer {
     }
 
     /// Searches, verifies and judges a candidate; `None` when not even a peak was found.
-    fn examine(&self, c: &Candidate, keyframes: &[Keyframe]) -> Option<Closure> {
+    fn examine(&self, c: &Candidate, keyframes: &[Keyframe], token: &Token) -> Result<Option<Closure>, Cancelled> {
+        token.check()?;
         let (a, b) = (&self.maps[c.a], &self.maps[c.b]);
         let (reach, turn) = (c.expected.reach(), c.expected.turn());
         let starts = if let Some(suggested) = &c.suggested {
@@ -187,11 +213,12 @@ impl Closer {
             let peaks = a.field().search(&points, &window, PEAK.0, PEAK.1);
             peaks.iter().take(MOST_PEAKS).map(|p| p.pose).collect()
         };
-        let mut checks: Vec<Check> = starts.iter().map(|s| check(a, b, *s, keyframes)).collect();
+        let checks = starts.iter().map(|s| token.check().map(|()| check(a, b, *s, keyframes)));
+        let mut checks: Vec<Check> = checks.collect::<Result<_, Cancelled>>()?;
         checks.sort_by(|x, y| y.overlap.total_cmp(&x.overlap));
-        let best = checks.first()?.clone();
+        let Some(best) = checks.first().cloned() else { return Ok(None) };
         let verdict = judge(&best, &checks[1..], &c.expected, c.suggested.is_some());
-        Some(Closure { from: c.a, to: c.b, check: best, predicted: c.expected.pose, verdict })
+        Ok(Some(Closure { from: c.a, to: c.b, check: best, predicted: c.expected.pose, verdict }))
     }
 
     /// Accepts unconfirmed closures of map `b` that one of a neighbouring map agrees with.
@@ -235,10 +262,15 @@ impl Closer {
         e.dot(&(invert(&spread) * e)) < GATE
     }
 
-    /// Arranges the local maps; closures that the others contradict are rejected.
-    fn optimize(&mut self) {
+    /// Arranges the local maps; closures that the others contradict are rejected. A graph that cannot be solved stays as it
+    /// is.
+    fn optimize(&mut self, token: &Token) -> Result<(), Cancelled> {
         let (graph, held) = self.graph();
-        let Ok(solution) = graph.optimize(&Options::default()) else { return };
+        let solution = match graph.optimize(&Options::default(), token) {
+            Err(Error::Cancelled(cancelled)) => return Err(cancelled),
+            Err(_) => return Ok(()),
+            Ok(solution) => solution,
+        };
         self.poses = solution.nodes;
         let steps = graph.edges.len() - held.len();
         for (k, index) in held.iter().enumerate() {
@@ -246,22 +278,19 @@ impl Closer {
                 self.closures[*index].verdict = Verdict::Contradicted;
             }
         }
+        Ok(())
     }
 
     /// The graph of local maps, and the closures behind its last edges.
     fn graph(&self) -> (PoseGraph, Vec<usize>) {
-        let mut edges: Vec<Edge> = Vec::new();
-        for (k, map) in self.maps.iter().enumerate().take(self.maps.len().saturating_sub(1)) {
-            if let Some((pose, covariance)) = &map.next {
-                edges.push(Edge {
-                    from: k,
-                    to: k + 1,
-                    measurement: *pose,
-                    information: invert(covariance),
-                    robust: false,
-                });
-            }
-        }
+        let step = |(k, (pose, covariance)): (usize, &(Se2, Matrix3<f64>))| Edge {
+            from: k,
+            to: k + 1,
+            measurement: *pose,
+            information: invert(covariance),
+            robust: false,
+        };
+        let mut edges: Vec<Edge> = self.steps.iter().enumerate().map(step).collect();
         let mut held = Vec::new();
         for (index, c) in self.closures.iter().enumerate().filter(|(_, c)| c.verdict == Verdict::Accepted) {
             let information = c.information();

@@ -53,6 +53,8 @@ pub enum Verdict {
     Implausible,
     /// The other closures contradict it.
     Contradicted,
+    /// It was accepted, and the graph of all keyframes cannot meet it.
+    Violated,
     /// It looks right, but could be one of many such places: it waits for a neighbour to say the same.
     Unconfirmed,
 }
@@ -123,6 +125,24 @@ impl Expected {
     #[must_use]
     pub fn turn(&self) -> f64 {
         (3.0 * self.covariance[(2, 2)].sqrt()).clamp(TURN.0, TURN.1)
+    }
+}
+
+impl Verdict {
+    /// Why the closure was rejected, in words; empty when it was accepted.
+    #[must_use]
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Accepted => "",
+            Self::NoOverlap => "what the two places show does not agree",
+            Self::TooLittle => "too little in common view to tell",
+            Self::Ambiguous => "it fits in two places",
+            Self::Slides => "nothing holds it along a direction that was not known before",
+            Self::Implausible => "it lies beyond the uncertainty of the graph",
+            Self::Contradicted => "the other closures contradict it",
+            Self::Violated => "the whole map cannot meet it",
+            Self::Unconfirmed => "no neighbouring place confirms it",
+        }
     }
 }
 

@@ -35,7 +35,7 @@ use crate::keyframe::Keyframe;
 use groma_features::Keypoint;
 use groma_features::reflector::Reflector;
 use groma_geometry::{Se2, wrap};
-use groma_models::{Landmark, LandmarkKind, LandmarkMap};
+use groma_models::{Cancelled, Landmark, LandmarkKind, LandmarkMap, Token};
 use groma_registration::Visibility;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2};
 use rayon::prelude::*;
@@ -64,21 +64,37 @@ const LEAST_SIGMA: f64 = 0.001;
 
 /// The landmarks of `keyframes` at `poses` (map from vehicle), whose `covariances` are relative to the first pose, perturbed
 /// on the right; one of each a keyframe. First the corners, then the reflectors, each in order of first sight.
-#[must_use]
-pub fn landmarks(keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> LandmarkMap {
-    let of = |kind| of_kind(kind, keyframes, poses, covariances);
-    LandmarkMap { landmarks: [of(LandmarkKind::Corner), of(LandmarkKind::Reflector)].concat() }
+///
+/// # Errors
+/// When `token` is cancelled.
+pub fn landmarks(
+    keyframes: &[Keyframe],
+    poses: &[Se2],
+    covariances: &[Matrix3<f64>],
+    token: &Token,
+) -> Result<LandmarkMap, Cancelled> {
+    let of = |kind| of_kind(kind, keyframes, poses, covariances, token);
+    Ok(LandmarkMap { landmarks: [of(LandmarkKind::Corner)?, of(LandmarkKind::Reflector)?].concat() })
 }
 
-fn of_kind(kind: LandmarkKind, keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> Vec<Landmark> {
+fn of_kind(
+    kind: LandmarkKind,
+    keyframes: &[Keyframe],
+    poses: &[Se2],
+    covariances: &[Matrix3<f64>],
+    token: &Token,
+) -> Result<Vec<Landmark>, Cancelled> {
     let mut clusters = Clusters::default();
     for (k, ((keyframe, pose), covariance)) in keyframes.iter().zip(poses).zip(covariances).enumerate() {
+        token.check()?;
         let sights = marks(kind, keyframe).filter_map(|mark| Sight::new(k, &mark, pose, covariance)).collect();
         clusters.add(sights);
     }
     let merged = clusters.merge();
+    token.check()?;
     let enough = merged.par_iter().filter(|c| c.sights.len() >= LEAST_SEEN);
-    enough.filter_map(|c| c.landmark(kind, keyframes, poses)).collect()
+    let found = enough.map(|c| token.check().map(|()| c.landmark(kind, keyframes, poses)));
+    Ok(found.collect::<Result<Vec<_>, Cancelled>>()?.into_iter().flatten().collect())
 }
 
 /// A corner or reflector of one keyframe, in the vehicle frame.

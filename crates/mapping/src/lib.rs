@@ -2,7 +2,9 @@
 
 pub mod closer;
 pub mod closure;
+pub mod conclude;
 mod corners;
+pub mod extrapolation;
 pub mod finder;
 pub mod keyframe;
 pub mod known_poses;

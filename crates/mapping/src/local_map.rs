@@ -40,8 +40,6 @@ pub struct LocalMap {
     pub facing: Vec<Vector2<f64>>,
     /// GLAROT signature of the corners.
     pub signature: Signature,
-    /// Measured pose of the next map's anchor in this one's frame, and its covariance; none for the last.
-    pub next: Option<(Se2, Matrix3<f64>)>,
     field: OnceLock<CorrelativeField>,
 }
 
@@ -76,7 +74,6 @@ impl LocalMap {
             corners,
             facing,
             keyframes: range,
-            next: None,
             field: OnceLock::new(),
         }
     }
@@ -105,14 +102,16 @@ impl LocalMap {
     }
 }
 
-/// Measures the step from the anchor of `a` to that of `b`: the tracked poses, their step covariances composed.
-pub fn link(a: &mut LocalMap, b: &LocalMap, keyframes: &[Keyframe]) {
+/// The measured step from the anchor of `a` to that of `b` and its covariance: the tracked poses, their step covariances
+/// composed.
+#[must_use]
+pub fn step(a: &LocalMap, b: &LocalMap, keyframes: &[Keyframe]) -> (Se2, Matrix3<f64>) {
     let mut covariance = Matrix3::zeros();
     for k in a.keyframes.start + 1..=b.keyframes.start {
         let ad = keyframes[k].tracked.between(&keyframes[k - 1].tracked).adjoint();
         covariance = ad * covariance * ad.transpose() + keyframes[k].step;
     }
-    a.next = Some((a.anchor.between(&b.anchor), covariance));
+    (a.anchor.between(&b.anchor), covariance)
 }
 
 /// Corners that at least `LEAST_SEEN` scans saw, averaged, and the directions into which they open.

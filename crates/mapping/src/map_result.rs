@@ -1,8 +1,9 @@
 //! The result of mapping: values only.
 
-use crate::closure::Closure;
+use crate::closure::{Closure, Verdict};
 use crate::pose_graph::PoseGraph;
-use crate::weak::WeakSpot;
+use crate::tracker::Overruled;
+use crate::weak::{Reason, WeakSpot};
 use groma_geometry::Se2;
 use groma_models::{Grid, LandmarkMap};
 use nalgebra::{Matrix3, Vector3};
@@ -37,7 +38,7 @@ pub struct MapResult {
     /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
     pub closures: Vec<(Closure, usize, usize)>,
     /// Scans that were registered without odometry though there was some: it failed.
-    pub unaided: usize,
+    pub overruled: Option<Overruled>,
     /// Candidates with too little in common view to tell.
     pub undecided: usize,
     /// Occupancy.
@@ -50,4 +51,58 @@ pub struct MapResult {
     pub local_maps: usize,
     /// The laser's place against the odometry as learned, beyond the mount that was given: pose and its standard deviations.
     pub offset: (Se2, Vector3<f64>),
+    /// Whether there was odometry.
+    pub has_odometry: bool,
+    /// The cell that was asked for [m]; that of the grid is larger where the map is too large for it.
+    pub wanted_resolution: f64,
+    /// The conclusion was cancelled: this is the graph as it stood, not all pairs of local maps were gone over.
+    pub is_interrupted: bool,
+}
+
+impl MapResult {
+    /// What is left of a closure after optimisation: metres and radians in the directions that it holds.
+    #[must_use]
+    pub fn left_of(&self, (closure, from, to): &(Closure, usize, usize)) -> (f64, f64) {
+        closure.residual(&self.graph.nodes[*from].between(&self.graph.nodes[*to]))
+    }
+
+    /// Accepted closures with the keyframes that anchor their local maps.
+    pub fn accepted(&self) -> impl Iterator<Item = &(Closure, usize, usize)> {
+        self.closures.iter().filter(|(c, ..)| c.verdict == Verdict::Accepted)
+    }
+
+    /// Closures that were accepted, and that the graph of all keyframes cannot meet.
+    pub fn violated(&self) -> impl Iterator<Item = &(Closure, usize, usize)> {
+        self.closures.iter().filter(|(c, ..)| c.verdict == Verdict::Violated)
+    }
+
+    /// Length of the path through the keyframes [m].
+    #[must_use]
+    pub fn path_length(&self) -> f64 {
+        self.graph.nodes.windows(2).map(|w| (w[1].translation - w[0].translation).norm()).sum()
+    }
+
+    /// Numbers of the run under the names that files give them.
+    #[must_use]
+    pub fn counts(&self) -> Vec<(&'static str, f64)> {
+        let accepted = self.accepted().count();
+        let (offset, sigmas) = &self.offset;
+        let torn = self.weak.iter().filter(|w| w.reason == Reason::Torn).count();
+        vec![
+            ("keyframes", self.stamps.len() as f64),
+            ("local_maps", self.local_maps as f64),
+            ("closures_accepted", accepted as f64),
+            ("closures_rejected", (self.closures.len() - accepted) as f64),
+            ("closure_candidates_with_too_little_in_common_view", self.undecided as f64),
+            ("scans_whose_odometry_failed", self.overruled.map_or(0, |o| o.scans) as f64),
+            ("torn_stretches", torn as f64),
+            ("path_m", self.path_length()),
+            ("laser_offset_x_m", offset.x()),
+            ("laser_offset_y_m", offset.y()),
+            ("laser_offset_yaw_rad", offset.theta()),
+            ("laser_offset_x_sigma_m", sigmas.x),
+            ("laser_offset_y_sigma_m", sigmas.y),
+            ("laser_offset_yaw_sigma_rad", sigmas.z),
+        ]
+    }
 }

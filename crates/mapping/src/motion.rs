@@ -95,12 +95,12 @@ impl MotionModel {
             .map_or_else(Vector3::zeros, |(stamp, past)| pose.minus(past) / (now - stamp))
     }
 
-    /// The expected pose after an odometry increment.
+    /// The expected pose after an odometry increment; `excess` are variances of what odometry did not measure.
     #[must_use]
-    pub fn from_odometry(&self, pose: &Se2, increment: &Se2) -> Prior {
+    pub fn from_odometry(&self, pose: &Se2, increment: &Se2, excess: &Vector3<f64>) -> Prior {
         Prior {
             pose: *pose * *increment,
-            information: invert(&(increment_variances(increment) * self.factor)),
+            information: invert(&(increment_variances(increment) * self.factor + excess)),
             dof: ODOMETRY_DOF,
         }
     }
@@ -177,7 +177,7 @@ mod tests {
         for (error, trusted) in [(0.2, false), (0.002, true)] {
             let mut model = MotionModel::default();
             for _ in 0..300 {
-                let prior = model.from_odometry(&Se2::IDENTITY, &increment);
+                let prior = model.from_odometry(&Se2::IDENTITY, &increment, &Vector3::zeros());
                 model.learn(&prior, &prior.pose.plus(Vector3::new(error, error, error)), &sharp);
             }
             assert_eq!(model.factor() == ODOMETRY_FACTOR.0, trusted, "{}", model.factor());
@@ -193,7 +193,7 @@ mod tests {
             let dead = k >= 60;
             let increment = if dead { Se2::IDENTITY } else { step };
             let jump = if k == 30 { Se2::new(0.9, 0.0, 1.4) } else { increment };
-            let priors = (model.from_odometry(&pose, &jump), model.from_velocity(&pose, 0.2));
+            let priors = (model.from_odometry(&pose, &jump, &Vector3::zeros()), model.from_velocity(&pose, 0.2));
             pose = pose * step;
             model.observe(0.2 * f64::from(k), &pose);
             model.compare(&priors.0, &priors.1, &pose);
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn one_jump_changes_little() {
         let mut model = MotionModel::default();
-        let prior = model.from_odometry(&Se2::IDENTITY, &Se2::IDENTITY);
+        let prior = model.from_odometry(&Se2::IDENTITY, &Se2::IDENTITY, &Vector3::zeros());
         model.learn(&prior, &Se2::new(5.0, 0.0, 2.0), &(Matrix3::identity() * 1e6));
         assert!(model.factor() < 1.3);
     }

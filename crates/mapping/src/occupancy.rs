@@ -20,7 +20,8 @@
 //! thick. What is seen once and never seen through stays.
 //!
 //! **Extent.** The box of all hits and laser positions, with a margin, its origin a multiple of the resolution. A grid
-//! that would exceed `MOST_CELLS` is made with twice the cell, as often as it takes: see [`Grid::resolution`].
+//! that would exceed `MOST_CELLS` is made with twice the cell, as often as it takes: see [`Grid::resolution`]. Coordinates
+//! are finite and below `FARTHEST`, so it takes few times; what is not, is left out.
 //!
 //! The line of cells that a beam passes holds one cell a column (a row, for steep beams), the one at its middle.
 //! Counters stop at 65535. Poses are taken as exact; a keyframe whose pose is not finite, or lies beyond all reason
@@ -28,7 +29,7 @@
 
 use crate::keyframe::Keyframe;
 use groma_geometry::Se2;
-use groma_models::{Cell, Grid};
+use groma_models::{Cancelled, Cell, Grid, Token};
 use groma_registration::PolarView;
 use nalgebra::Vector2;
 
@@ -54,17 +55,26 @@ const FRACTION: u32 = 32;
 /// The grid of `keyframes` at `poses` (map from vehicle, one a keyframe) with cells of `resolution` [m], or of a
 /// power of two times that where the map is too large. Nothing seen, or a resolution that is no positive number,
 /// gives a grid without cells.
-#[must_use]
-pub fn occupancy(keyframes: &[Keyframe], poses: &[Se2], resolution: f64) -> Grid {
-    let placed = || keyframes.iter().map(|k| &k.view).zip(poses).filter(|(_, pose)| is_usable(pose));
-    let rays = |cell: f64| placed().flat_map(move |(view, pose)| rays(view, pose, cell));
-    let Some(mut counts) = extent(rays(resolution)).and_then(|(low, high)| Counts::new(low, high, resolution)) else {
-        return Grid { resolution, origin: Vector2::zeros(), width: 0, height: 0, cells: Vec::new() };
-    };
-    for ray in rays(counts.resolution) {
-        counts.add(&ray);
+///
+/// # Errors
+/// When `token` is cancelled.
+pub fn occupancy(keyframes: &[Keyframe], poses: &[Se2], resolution: f64, token: &Token) -> Result<Grid, Cancelled> {
+    let nothing = Grid { resolution, origin: Vector2::zeros(), width: 0, height: 0, cells: Vec::new() };
+    if !(resolution.is_finite() && resolution > 0.0) {
+        return Ok(nothing);
     }
-    counts.into_grid()
+    let placed = || keyframes.iter().map(|k| &k.view).zip(poses).filter(|(_, pose)| is_usable(pose));
+    let mut corners = None;
+    for (view, pose) in placed() {
+        token.check()?;
+        rays(view, pose, resolution).for_each(|ray| widen(&mut corners, &ray));
+    }
+    let Some(mut counts) = corners.map(|(low, high)| Counts::new(low, high, resolution)) else { return Ok(nothing) };
+    for (view, pose) in placed() {
+        token.check()?;
+        rays(view, pose, counts.resolution).for_each(|ray| counts.add(&ray));
+    }
+    Ok(counts.into_grid())
 }
 
 fn is_usable(pose: &Se2) -> bool {
@@ -85,17 +95,19 @@ struct Ray {
 fn rays<'a>(view: &'a PolarView, pose: &'a Se2, cell: f64) -> impl Iterator<Item = Ray> + 'a {
     let (ranges, geometry) = view.ranges();
     let hits = ranges.iter().enumerate().filter(|(_, r)| r.is_finite());
-    hits.map(move |(i, &r)| {
+    hits.filter_map(move |(i, &r)| {
         let laser = *pose * view.laser_at(i);
         let (s, c) = geometry.bearing(i).sin_cos();
         let (range, direction) = (f64::from(r), laser.rotation.act(Vector2::new(c, s)));
         let before = cell / sine_of_incidence(ranges, i, geometry.angle_increment);
         let clear = (range - before.min(FARTHEST_STOP.max(cell))).clamp(0.0, CAP);
-        Ray {
+        let near = |p: Vector2<f64>| p.iter().all(|x| x.abs() < FARTHEST);
+        let ray = Ray {
             from: laser.translation,
             clear: laser.translation + direction * clear,
             hit: (range <= CAP).then(|| laser.translation + direction * range),
-        }
+        };
+        (near(ray.from) && near(ray.clear)).then_some(ray)
     })
 }
 
@@ -109,14 +121,12 @@ fn sine_of_incidence(ranges: &[f32], i: usize, step: f64) -> f64 {
     if along.is_nan() || across <= 0.0 { 1.0 } else { across / across.hypot(along) }
 }
 
-/// Lower-left and upper-right corner of all that the rays touch.
-fn extent(rays: impl Iterator<Item = Ray>) -> Option<(Vector2<f64>, Vector2<f64>)> {
-    let mut corners: Option<(Vector2<f64>, Vector2<f64>)> = None;
-    for p in rays.flat_map(|ray| [Some(ray.from), Some(ray.clear), ray.hit]).flatten() {
+/// Widens the box, given by its lower-left and upper-right corner, by all that a ray touches.
+fn widen(corners: &mut Option<(Vector2<f64>, Vector2<f64>)>, ray: &Ray) {
+    for p in [Some(ray.from), Some(ray.clear), ray.hit].into_iter().flatten() {
         let (low, high) = corners.unwrap_or((p, p));
-        corners = Some((low.inf(&p), high.sup(&p)));
+        *corners = Some((low.inf(&p), high.sup(&p)));
     }
-    corners
 }
 
 /// Hits and passes of every cell.
@@ -130,14 +140,12 @@ struct Counts {
 }
 
 impl Counts {
-    /// Zeros for the box from `low` to `high` and its margin; none for a resolution that is no positive number.
-    fn new(low: Vector2<f64>, high: Vector2<f64>, mut resolution: f64) -> Option<Self> {
-        if !(resolution.is_finite() && resolution > 0.0) {
-            return None;
-        }
+    /// Zeros for the box from `low` to `high` (finite) and its margin, in cells of `resolution` (above 0) or more.
+    fn new(low: Vector2<f64>, high: Vector2<f64>, mut resolution: f64) -> Self {
         let (first, size) = loop {
             let first = low.map(|x| (x / resolution).floor() - MARGIN);
             let size = high.map(|x| (x / resolution).floor() + MARGIN + 1.0) - first;
+            // Both ends are finite, so a cell of their size is reached, and is large enough.
             if size.x * size.y <= MOST_CELLS {
                 break (first, size);
             }
@@ -145,7 +153,7 @@ impl Counts {
         };
         let (width, height) = (size.x as usize, size.y as usize);
         let zeros = || vec![0; width * height];
-        Some(Self { resolution, origin: first * resolution, width, height, hits: zeros(), passes: zeros() })
+        Self { resolution, origin: first * resolution, width, height, hits: zeros(), passes: zeros() }
     }
 
     /// A point in cells from the lower-left corner.

@@ -27,6 +27,7 @@ pub use error::Error;
 
 use groma_estimation::{Cholesky, chi_square::quantile};
 use groma_geometry::Se2;
+use groma_models::Token;
 use linear::System;
 use nalgebra::Matrix3;
 
@@ -93,13 +94,13 @@ impl PoseGraph {
     /// The most likely poses.
     ///
     /// # Errors
-    /// [`Error`] when the graph is malformed or some node is not held.
-    pub fn optimize(&self, options: &Options) -> Result<Solution, Error> {
+    /// [`Error`] when the graph is malformed, some node is not held, or `token` is cancelled.
+    pub fn optimize(&self, options: &Options, token: &Token) -> Result<Solution, Error> {
         check::graph(self)?;
         check::options(options)?;
         check::connected(self, |_| true)?;
         let all = vec![1.0; self.edges.len()];
-        let mut solver = solve::Solver::new(self, options, &all)?;
+        let mut solver = solve::Solver::new(self, options, &all, token)?;
         let effort = solver.full_effort();
         let state = if self.edges.iter().any(|e| e.robust) {
             robust::minimize(&mut solver)?
@@ -109,6 +110,12 @@ impl PoseGraph {
         check::connected(self, |edge| state.weights[edge] > 0.0)?;
         solver.verify(&state)?;
         Ok(solver.solution(state))
+    }
+
+    /// Squared Mahalanobis residuals of the edges at the nodes.
+    #[must_use]
+    pub fn chi_squares(&self) -> Vec<f64> {
+        self.edges.iter().map(|e| e.chi_square(&self.nodes)).collect()
     }
 
     /// The covariance of each node relative to node 0, at the nodes of this graph: of the right perturbation

@@ -10,7 +10,7 @@ use crate::landmarks::landmarks;
 use crate::occupancy::occupancy;
 use crate::options::Options;
 use groma_geometry::Se2;
-use groma_models::{Grid, LandmarkMap, LaserScan};
+use groma_models::{Cancelled, Grid, LandmarkMap, LaserScan, Token};
 use groma_registration::PolarView;
 use nalgebra::{Matrix3, Vector3};
 
@@ -45,8 +45,11 @@ impl Survey {
         Self { finder: Finder::new(&options), options, keyframes: Vec::new(), covariances: Vec::new() }
     }
 
-    /// Takes a scan of a laser mounted at `t_base_laser`; false if it brings nothing new or its pose is not finite.
+    /// Takes a scan of a laser mounted at `t_base_laser`; false if it brings nothing new or a number of it is not finite.
     pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2, known: &KnownPose) -> bool {
+        if scan.validate().is_err() || t_base_laser.to_vector().iter().any(|x| !x.is_finite()) {
+            return false;
+        }
         let finite = (known.pose.to_vector().sum() + known.covariance.sum() + known.twist.sum()).is_finite();
         if !finite || self.keyframes.last().is_some_and(|last| !has_moved(&last.tracked, &known.pose)) {
             return false;
@@ -71,11 +74,13 @@ impl Survey {
     }
 
     /// What was seen.
-    #[must_use]
-    pub fn finish(&self) -> (Grid, LandmarkMap) {
+    ///
+    /// # Errors
+    /// When `token` is cancelled.
+    pub fn finish(&self, token: &Token) -> Result<(Grid, LandmarkMap), Cancelled> {
         let poses: Vec<Se2> = self.keyframes.iter().map(|k| k.tracked).collect();
-        let grid = occupancy(&self.keyframes, &poses, self.options.resolution);
-        (grid, landmarks(&self.keyframes, &poses, &self.covariances))
+        let grid = occupancy(&self.keyframes, &poses, self.options.resolution, token)?;
+        Ok((grid, landmarks(&self.keyframes, &poses, &self.covariances, token)?))
     }
 }
 

@@ -9,6 +9,7 @@
 //! around the prior, around the last pose and around the constant-velocity pose gives further starts (odometry may
 //! stall and jump), and the alignment with the highest posterior wins.
 
+use crate::extrapolation::Increment;
 use crate::keyframe::Keyframe;
 use crate::motion::MotionModel;
 use crate::offset::Offset;
@@ -77,6 +78,28 @@ pub struct Step {
     pub is_keyframe: bool,
     /// A local map was finished.
     pub finished: Option<Finished>,
+    /// What is to be learned of the odometry once it has come.
+    pub lesson: Option<Lesson>,
+}
+
+/// What a scan that was registered well says of the odometry since the scan before.
+#[derive(Clone, Debug)]
+pub struct Lesson {
+    last: Se2,
+    found: Se2,
+    information: Matrix3<f64>,
+    coasting: Prior,
+    /// Odometry had failed: the scan was registered without.
+    alone: bool,
+}
+
+/// Scans for which there was odometry that failed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overruled {
+    /// How many.
+    pub scans: usize,
+    /// Stamps of the first and the last [s].
+    pub stamps: (f64, f64),
 }
 
 /// The state of the front end.
@@ -90,8 +113,7 @@ pub struct Tracker {
     /// Covariance gathered since the last keyframe.
     since: Matrix3<f64>,
     usual_share: f64,
-    /// Scans for which there was odometry that failed.
-    unaided: usize,
+    overruled: Option<Overruled>,
     /// The track was lost, with nothing to bridge the gap, since the last keyframe.
     torn: bool,
     last_keyframe: Option<Se2>,
@@ -112,29 +134,45 @@ impl Tracker {
 
     /// Scans that were registered without odometry though there was some: it failed.
     #[must_use]
-    pub fn unaided(&self) -> usize {
-        self.unaided
+    pub fn overruled(&self) -> Option<Overruled> {
+        self.overruled
+    }
+
+    /// Covariance gathered since the last keyframe.
+    #[must_use]
+    pub fn since(&self) -> &Matrix3<f64> {
+        &self.since
     }
 
     /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
-    pub fn step(&mut self, stamp: f64, view: PolarView, increment: Option<Se2>, keyframes: &mut Vec<Keyframe>) -> Step {
+    pub fn step(
+        &mut self,
+        stamp: f64,
+        view: PolarView,
+        increment: Option<&Increment>,
+        keyframes: &mut Vec<Keyframe>,
+    ) -> Step {
         let Some(last) = self.pose else {
             return self.begin(stamp, view, keyframes);
         };
         let seconds = stamp - self.stamp;
         let coasting = self.model.from_velocity(&last, seconds);
-        let rolling = increment.map(|u| self.model.from_odometry(&last, &self.offset.apply(&u)));
+        let rolling = increment.map(|u| self.model.from_odometry(&last, &self.offset.apply(&u.motion), &u.excess));
         let alone = rolling.is_none() || self.model.odometry_fails();
-        self.unaided += usize::from(alone && rolling.is_some());
-        let prior = rolling.clone().filter(|_| !alone).unwrap_or_else(|| coasting.clone());
+        if alone && rolling.is_some() {
+            self.overrule(stamp);
+        }
+        let prior = rolling.filter(|_| !alone).unwrap_or_else(|| coasting.clone());
         let found = self.register(&view, &prior, &last, seconds, keyframes);
         let surprised = prior.distance_sq(&found.pose) > SURPRISE;
         let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
+        let mut lesson = None;
         if good {
-            self.model.learn(&prior, &found.pose, &found.information);
-            if let (Some(u), Some(rolling)) = (increment, &rolling) {
-                self.model.compare(rolling, &coasting, &found.pose);
-                self.offset.learn(&u, &last.between(&found.pose), weakest(&found.information).0);
+            let learned = Lesson { last, found: found.pose, information: found.information, coasting, alone };
+            match increment {
+                Some(u) if u.is_complete => self.learn(&learned, &u.motion),
+                Some(_) => lesson = Some(learned),
+                None => self.model.learn(&prior, &found.pose, &found.information),
             }
             self.usual_share += 0.05 * (found.share - self.usual_share);
         }
@@ -144,7 +182,21 @@ impl Tracker {
             self.since += Matrix3::from_diagonal(&Vector3::new(TORN.0 * TORN.0, TORN.0 * TORN.0, TORN.1 * TORN.1));
             self.torn = true;
         }
-        self.keep(stamp, view, &found, surprised, keyframes)
+        Step { lesson, ..self.keep(stamp, view, &found, surprised, keyframes) }
+    }
+
+    /// Learns from a scan and the odometry since the scan before, which may come later than the scan.
+    pub fn learn(&mut self, lesson: &Lesson, increment: &Se2) {
+        let Lesson { last, found, information, coasting, alone } = lesson;
+        let rolling = self.model.from_odometry(last, &self.offset.apply(increment), &Vector3::zeros());
+        self.model.learn(if *alone { coasting } else { &rolling }, found, information);
+        self.model.compare(&rolling, coasting, found);
+        self.offset.learn(increment, &last.between(found), weakest(information).0);
+    }
+
+    fn overrule(&mut self, stamp: f64) {
+        let before = self.overruled.unwrap_or(Overruled { scans: 0, stamps: (stamp, stamp) });
+        self.overruled = Some(Overruled { scans: before.scans + 1, stamps: (before.stamps.0, stamp) });
     }
 
     fn begin(&mut self, stamp: f64, view: PolarView, keyframes: &mut Vec<Keyframe>) -> Step {
@@ -154,7 +206,7 @@ impl Tracker {
         self.usual_share = 0.7;
         self.growing.push(Growing { anchor: Se2::IDENTITY, first: 0, surfaces: SurfaceMap::default(), length: 0.0 });
         self.add_keyframe(stamp, view, Matrix3::zeros(), (0.0, 0.0), 1.0, false, keyframes);
-        Step { pose: Se2::IDENTITY, is_keyframe: true, finished: None }
+        Step { pose: Se2::IDENTITY, is_keyframe: true, finished: None, lesson: None }
     }
 
     /// The best alignment of the scan, in the tracked frame.
@@ -263,15 +315,15 @@ impl Tracker {
         keyframes: &mut Vec<Keyframe>,
     ) -> Step {
         let Some(last) = self.last_keyframe else {
-            return Step { pose: found.pose, is_keyframe: false, finished: None };
+            return Step { pose: found.pose, is_keyframe: false, finished: None, lesson: None };
         };
         let moved = last.between(&found.pose);
         if moved.translation.norm() < KEYFRAME.0 && moved.theta().abs() < KEYFRAME.1 {
-            return Step { pose: found.pose, is_keyframe: false, finished: None };
+            return Step { pose: found.pose, is_keyframe: false, finished: None, lesson: None };
         }
         let since = self.since;
         self.add_keyframe(stamp, view, since, weakest(&found.information), found.share, surprised, keyframes);
-        Step { pose: found.pose, is_keyframe: true, finished: self.turn_over(keyframes) }
+        Step { pose: found.pose, is_keyframe: true, finished: self.turn_over(keyframes), lesson: None }
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -319,9 +371,10 @@ impl Tracker {
         finished.map(|map| Finished { keyframes: map.first..keyframes.len(), map })
     }
 
-    /// The local map that still grows when the drive ends; its younger one, which holds nothing else, is dropped.
-    pub fn finish(&mut self, keyframes: usize) -> Option<Finished> {
-        let map = std::mem::take(&mut self.growing).into_iter().next()?;
+    /// The local map that still grows; its younger one, which holds nothing else, is left out.
+    #[must_use]
+    pub fn rest(&self, keyframes: usize) -> Option<Finished> {
+        let map = self.growing.first()?.clone();
         Some(Finished { keyframes: map.first..keyframes, map })
     }
 }

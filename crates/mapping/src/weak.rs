@@ -31,6 +31,19 @@ pub enum Reason {
     Slides,
 }
 
+impl Reason {
+    /// In words.
+    #[must_use]
+    pub fn told(self) -> &'static str {
+        match self {
+            Self::Contradiction => "odometry and scans contradict each other",
+            Self::Torn => "the scan was not found on the map and no odometry bridges the gap",
+            Self::Lost => "little of the scan was found on the map",
+            Self::Slides => "nothing stands across this direction: a corridor without ends, or an open space",
+        }
+    }
+}
+
 /// A stretch of the drive where the map is poorly held.
 #[derive(Clone, Debug)]
 pub struct WeakSpot {

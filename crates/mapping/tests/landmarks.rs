@@ -1,5 +1,7 @@
 //! Landmarks of a room that is known.
 
+#![allow(clippy::unwrap_used)]
+
 #[path = "../../features/tests/noise/mod.rs"]
 mod noise;
 mod room;
@@ -7,8 +9,8 @@ mod room;
 use groma_features::Keypoint;
 use groma_geometry::{Se2, wrap};
 use groma_mapping::keyframe::Keyframe;
-use groma_mapping::landmarks::landmarks;
-use groma_models::{Landmark, LandmarkMap};
+use groma_mapping::landmarks;
+use groma_models::{Landmark, LandmarkMap, Token};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use noise::Gaussian;
 use room::{Disc, HALF, keyframe, scan};
@@ -18,6 +20,10 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 const CORNER: (Vector2<f64>, f64) = (Vector2::new(HALF.0, HALF.1), -3.0 * FRAC_PI_4);
 /// Chi-square of two degrees of freedom, 95 %.
 const NINETY_FIVE: f64 = 5.991;
+
+fn landmarks(keyframes: &[Keyframe], poses: &[Se2], covariances: &[Matrix3<f64>]) -> LandmarkMap {
+    landmarks::landmarks(keyframes, poses, covariances, &Token::new()).unwrap()
+}
 
 fn poses(n: usize) -> Vec<Se2> {
     (0..n).map(|i| Se2::new(-4.0 + 8.0 * i as f64 / n as f64, 0.3, 0.4 * i as f64)).collect()

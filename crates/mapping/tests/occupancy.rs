@@ -1,18 +1,24 @@
 //! Occupancy of a room that is known.
 
+#![allow(clippy::unwrap_used)]
+
 #[path = "../../features/tests/noise/mod.rs"]
 mod noise;
 mod room;
 
 use groma_geometry::Se2;
 use groma_mapping::keyframe::Keyframe;
-use groma_mapping::occupancy::occupancy;
-use groma_models::{Cell, Grid};
+use groma_mapping::occupancy;
+use groma_models::{Cell, Grid, Token};
 use nalgebra::Vector2;
 use noise::Gaussian;
 use room::{Disc, HALF, keyframe, scan};
 
 const CELL: f64 = 0.05;
+
+fn occupancy(keyframes: &[Keyframe], poses: &[Se2], cell: f64) -> Grid {
+    occupancy::occupancy(keyframes, poses, cell, &Token::new()).unwrap()
+}
 
 /// A drive along the room, and what it saw with a range noise of `sigma`; `discs` stand there during the first scan only.
 fn drive(sigma: f64, discs: &[Disc]) -> (Vec<Keyframe>, Vec<Se2>) {
@@ -156,6 +162,33 @@ fn what_cannot_be_mapped_gives_no_cells() {
     }
     let lost = vec![Se2::new(f64::NAN, 0.0, 0.0), Se2::new(1e300, 0.0, 0.0)];
     assert!(occupancy(&keyframes[..2], &lost, CELL).cells.is_empty());
+}
+
+/// A mount or a beam that is no number leaves its readings out, and nothing else; nothing runs for ever.
+#[test]
+fn readings_that_are_nowhere_are_left_out() {
+    let (mut keyframes, poses) = drive(0.0, &[]);
+    let whole = occupancy(&keyframes[1..], &poses[1..], CELL);
+    for bad in [f64::NAN, f64::INFINITY, 1e300] {
+        let lost = |mount: Se2, increment: f64| {
+            let mut seen = scan(&poses[0], &[], || 0.0);
+            seen.geometry.angle_increment *= increment;
+            groma_registration::PolarView::new(&seen, &mount, nalgebra::Vector3::zeros())
+        };
+        let increment = if bad.is_finite() { f64::NAN } else { bad };
+        for view in [lost(Se2::new(bad, 0.0, 0.0), 1.0), lost(room::MOUNT, increment)] {
+            keyframes[0].view = view;
+            assert_eq!(occupancy(&keyframes, &poses, CELL), whole);
+        }
+    }
+}
+
+#[test]
+fn a_cancelled_grid_is_none() {
+    let (keyframes, poses) = drive(0.0, &[]);
+    let token = Token::new();
+    token.cancel();
+    assert!(occupancy::occupancy(&keyframes, &poses, CELL, &token).is_err());
 }
 
 #[test]

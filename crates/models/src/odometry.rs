@@ -3,6 +3,7 @@
 use crate::bounds::{COORDINATE, STAMP};
 use crate::error::ModelError;
 use groma_geometry::Se2;
+use std::f64::consts::PI;
 
 /// One odometry reading: the vehicle in the odometry frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +13,10 @@ pub struct Odometry {
     /// `T_odom_base`.
     pub pose: Se2,
 }
+
+/// No robot drives farther between two readings [m], [rad], than this or at these speeds [m/s], [rad/s].
+const LONGEST: (f64, f64) = (0.5, PI / 4.0);
+const FASTEST: (f64, f64) = (5.0, 2.0 * PI);
 
 impl Odometry {
     /// Refuses a reading that no vehicle gives.
@@ -23,6 +28,14 @@ impl Odometry {
         COORDINATE.check("x", self.pose.x())?;
         COORDINATE.check("y", self.pose.y())?;
         COORDINATE.check("theta", self.pose.theta())
+    }
+
+    /// Whether no robot drives from here to `next`: more than half a metre and 5 m/s, or turning likewise.
+    #[must_use]
+    pub fn jumps_to(&self, next: &Self) -> bool {
+        let (seconds, step) = ((next.stamp - self.stamp).max(0.0), self.pose.between(&next.pose));
+        step.translation.norm() > LONGEST.0.max(FASTEST.0 * seconds)
+            || step.theta().abs() > LONGEST.1.max(FASTEST.1 * seconds)
     }
 }
 
@@ -69,6 +82,23 @@ mod tests {
 
     fn reading(stamp: f64, x: f64) -> Odometry {
         Odometry { stamp, pose: Se2::new(x, 0.0, 0.0) }
+    }
+
+    #[test]
+    fn what_no_robot_drives_is_a_jump() {
+        let pose = |stamp, x, theta| Odometry { stamp, pose: Se2::new(x, 0.0, theta) };
+        let start = pose(0.0, 0.0, 0.0);
+        for (next, jumps) in [
+            (pose(0.1, 0.49, 0.0), false),
+            (pose(0.1, -0.51, 0.0), true),
+            (pose(1.0, 4.9, 3.0), false),
+            (pose(1.0, 5.1, 0.0), true),
+            (pose(0.05, 0.0, -0.78), false),
+            (pose(0.05, 0.0, -0.79), true),
+            (pose(-1.0, 0.6, 0.0), true),
+        ] {
+            assert_eq!(start.jumps_to(&next), jumps, "{next:?}");
+        }
     }
 
     #[test]

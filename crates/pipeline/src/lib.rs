@@ -8,12 +8,14 @@
 //! The order of arrival decides, never a clock: the same messages in the same order give the same result, live or from a
 //! file, with any number of threads. No machine looks ahead.
 
+pub mod map;
 pub mod map_at_poses;
 pub mod message;
 pub mod order;
 pub mod survey;
 pub mod wheels;
 
+pub use map::Map;
 pub use map_at_poses::MapAtPoses;
 pub use message::Message;
 pub use order::{Left, Order, disorder};

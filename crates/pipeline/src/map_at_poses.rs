@@ -121,9 +121,7 @@ impl MapAtPoses {
     /// # Errors
     /// When `token` is cancelled.
     pub fn snapshot(&self, token: &Token) -> Result<Surveyed, Cancelled> {
-        token.check()?;
-        let (grid, landmarks) = self.survey.finish();
-        token.check()?;
+        let (grid, landmarks) = self.survey.finish(token)?;
         Ok(Surveyed { grid, landmarks, state: self.state(), findings: self.findings() })
     }
 

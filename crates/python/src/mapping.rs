@@ -1,18 +1,21 @@
-//! `groma.mapping`: scans and odometry pushed in order of time, a map as arrays.
+//! `groma.mapping`: scans and odometry pushed in the order in which they come, a map as arrays.
 
+use crate::findings::to_list;
 use crate::gate::{self, Beams};
+use crate::pose_graph::estimation_error;
+use crate::token::{Token, interruptible};
 use groma_geometry::Se2;
-use groma_mapping::closure::Verdict;
 use groma_mapping::map_result::{EdgeKind, MapResult};
-use groma_mapping::mapper::{Mapper as Core, Skipped};
 use groma_mapping::options::Options;
-use groma_mapping::weak::Reason;
 use groma_models::{Cell, Grid, LandmarkMap, LaserScan, Odometry};
+use groma_pipeline::map::Outcome;
+use groma_pipeline::{Map, Message};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(map_defaults, m)?)?;
@@ -31,26 +34,29 @@ pub(crate) fn json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyRes
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// Builds a map; `finish` may be called once.
+/// Builds a map from messages in the order in which they come.
 #[pyclass]
-struct Mapper(Option<Core>);
+struct Mapper(Option<Map>);
+
+/// x, y, theta.
+type Pose = (f64, f64, f64);
 
 #[pymethods]
 impl Mapper {
+    /// `mount` is `T_base_laser`.
     #[new]
-    fn new(options: &str) -> PyResult<Self> {
-        Ok(Self(Some(Core::new(settings(options)?))))
+    fn new(options: &str, mount: Pose) -> PyResult<Self> {
+        let invalid = |e: String| PyValueError::new_err(e);
+        let options: Options = serde_json::from_str(options).map_err(|e| invalid(e.to_string()))?;
+        Ok(Self(Some(Map::new(options, gate::pose(mount)?).map_err(|e| invalid(e.to_string()))?)))
     }
 
-    /// False when the stamp does not rise or the pose is not finite.
-    fn push_odometry(&mut self, py: Python<'_>, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<bool> {
-        let reading = Odometry { stamp, pose: Se2::new(x, y, theta) };
-        let core = self.core()?;
-        Ok(py.detach(|| core.push_odometry(reading)))
+    fn push_odometry(&mut self, py: Python<'_>, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<()> {
+        self.push(py, Message::Odometry(Odometry { stamp, pose: Se2::new(x, y, theta) }))
     }
 
-    /// Empty when the scan was used, else why not. `beams` is `(angle_min, angle_increment, time_increment, range_min,
-    /// range_max)`, `mount` the pose `(x, y, yaw)` of the laser on the vehicle; intensities as many as ranges, or none.
+    /// `beams` is `(angle_min, angle_increment, time_increment, range_min, range_max)`; intensities as many as ranges, or
+    /// none.
     fn push_scan(
         &mut self,
         py: Python<'_>,
@@ -58,34 +64,59 @@ impl Mapper {
         ranges: PyReadonlyArray1<'_, f64>,
         intensities: PyReadonlyArray1<'_, f64>,
         beams: Beams,
-        mount: (f64, f64, f64),
-    ) -> PyResult<&'static str> {
-        let scan = laser_scan(stamp, &ranges, &intensities, beams)?;
-        let mount = gate::pose(mount)?;
+    ) -> PyResult<()> {
+        self.push(py, Message::Scan { scanner: 0, scan: laser_scan(stamp, &ranges, &intensities, beams)? })
+    }
+
+    /// None before the first scan; else a dict of stamp, pose, covariance (3, 3), keyframes, local_maps and closures.
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(state) = self.core()?.state() else { return Ok(None) };
+        let out = PyDict::new(py);
+        out.set_item("stamp", state.stamp)?;
+        out.set_item("pose", (state.pose.x(), state.pose.y(), state.pose.theta()))?;
+        out.set_item("covariance", Array2::from_shape_fn((3, 3), |(i, j)| state.covariance[(i, j)]).into_pyarray(py))?;
+        out.set_item("keyframes", state.keyframes)?;
+        out.set_item("local_maps", state.local_maps)?;
+        out.set_item("closures", state.closures)?;
+        Ok(Some(out))
+    }
+
+    /// The map of what has had its turn as a dict of arrays; goes on as if nobody had asked.
+    #[pyo3(signature = (token=None, show=None))]
+    fn snapshot<'py>(
+        &self,
+        py: Python<'py>,
+        token: Option<&Token>,
+        show: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let core = self.core()?;
-        Ok(match py.detach(|| core.push_scan(scan, mount)) {
-            Ok(()) => "",
-            Err(Skipped::Late) => "stamp not after that of the scan before",
-            Err(Skipped::Empty) => "fewer than ten hits",
-        })
+        let outcome = interruptible(py, token, show.as_ref(), |token| core.snapshot(token))?;
+        to_dict(py, &outcome.map_err(|e| estimation_error(py, e.to_string()))?)
     }
 
-    /// Keyframes, local maps and accepted closures so far.
-    fn progress(&mut self) -> PyResult<(usize, usize, usize)> {
-        Ok(self.core()?.progress())
-    }
-
-    /// The map as a dict of arrays.
-    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    /// The map of everything; may be called once.
+    #[pyo3(signature = (token=None, show=None))]
+    fn finish<'py>(
+        &mut self,
+        py: Python<'py>,
+        token: Option<&Token>,
+        show: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
         let core = self.0.take().ok_or_else(finished)?;
-        let result = py.detach(|| core.finish()).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        to_dict(py, result)
+        let outcome = interruptible(py, token, show.as_ref(), |token| core.finish(token))?;
+        to_dict(py, &outcome.map_err(|e| estimation_error(py, e.to_string()))?)
     }
 }
 
 impl Mapper {
-    fn core(&mut self) -> PyResult<&mut Core> {
-        self.0.as_mut().ok_or_else(finished)
+    fn core(&self) -> PyResult<&Map> {
+        self.0.as_ref().ok_or_else(finished)
+    }
+
+    fn push(&mut self, py: Python<'_>, message: Message) -> PyResult<()> {
+        let core = self.0.as_mut().ok_or_else(finished)?;
+        py.detach(|| core.push(message));
+        Ok(())
     }
 }
 
@@ -101,11 +132,7 @@ pub(crate) fn laser_scan(
 
 pub(crate) fn settings(options: &str) -> PyResult<Options> {
     let options: Options = serde_json::from_str(options).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    options.corners.validate().map_err(|e| PyValueError::new_err(e.to_string()))?;
-    options.reflectors.validate().map_err(|e| PyValueError::new_err(e.to_string()))?;
-    if !(options.resolution > 0.0 && options.resolution <= 1.0) {
-        return Err(PyValueError::new_err("resolution: a cell is above 0 m and at most 1 m wide"));
-    }
+    options.validate().map_err(|e| PyValueError::new_err(e.to_string()))?;
     Ok(options)
 }
 
@@ -123,25 +150,22 @@ pub(crate) fn matrices<const R: usize>(items: &[nalgebra::SMatrix<f64, R, R>]) -
     Array3::from_shape_fn((items.len(), R, R), |(k, i, j)| items[k][(i, j)])
 }
 
-fn to_dict(py: Python<'_>, r: MapResult) -> PyResult<Bound<'_, PyDict>> {
-    let out = PyDict::new(py);
-    graph(py, &out, &r)?;
+fn to_dict<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
+    let (out, r) = (PyDict::new(py), &outcome.map);
+    graph(py, &out, r)?;
     let stamps: Array1<f64> = r.trajectory.iter().map(|(t, _)| *t).collect();
     out.set_item("trajectory_stamps", stamps.into_pyarray(py))?;
     let path: Vec<Se2> = r.trajectory.iter().map(|(_, p)| *p).collect();
     out.set_item("trajectory", poses(path.iter()).into_pyarray(py))?;
     out.set_item("odometry", poses(r.odometry.iter()).into_pyarray(py))?;
     out.set_item("tracked", poses(r.tracked.iter()).into_pyarray(py))?;
-    closures(py, &out, &r)?;
+    closures(py, &out, r)?;
     landmarks(py, &out, &r.landmarks)?;
     grid(py, &out, &r.grid)?;
-    weak(&out, &r)?;
-    out.set_item("local_maps", r.local_maps)?;
-    out.set_item("undecided", r.undecided)?;
-    out.set_item("unaided", r.unaided)?;
-    let (offset, sigmas) = r.offset;
-    out.set_item("offset", (offset.x(), offset.y(), offset.theta()))?;
-    out.set_item("offset_sigmas", (sigmas.x, sigmas.y, sigmas.z))?;
+    weak(&out, r)?;
+    out.set_item("counts", outcome.counts.iter().copied().collect::<BTreeMap<_, _>>())?;
+    out.set_item("findings", to_list(py, &outcome.findings)?)?;
+    out.set_item("verdict", outcome.verdict)?;
     Ok(out)
 }
 
@@ -167,28 +191,15 @@ fn closures(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<
     let rows: Vec<[f64; 6]> = r
         .closures
         .iter()
-        .map(|(c, from, to)| {
+        .map(|closed @ (c, from, to)| {
             let moved = c.predicted.between(&c.check.pose).translation.norm();
-            let (metres, radians) = c.residual(&r.graph.nodes[*from].between(&r.graph.nodes[*to]));
+            let (metres, radians) = r.left_of(closed);
             [*from as f64, *to as f64, c.check.overlap, moved, metres, radians]
         })
         .collect();
-    let verdicts: Vec<&str> = r.closures.iter().map(|(c, ..)| verdict(c.verdict)).collect();
+    let verdicts: Vec<&str> = r.closures.iter().map(|(c, ..)| c.verdict.told()).collect();
     out.set_item("closures", Array2::from_shape_fn((rows.len(), 6), |(k, j)| rows[k][j]).into_pyarray(py))?;
     out.set_item("verdicts", verdicts)
-}
-
-fn verdict(v: Verdict) -> &'static str {
-    match v {
-        Verdict::Accepted => "",
-        Verdict::NoOverlap => "what the two places show does not agree",
-        Verdict::TooLittle => "too little in common view to tell",
-        Verdict::Ambiguous => "it fits in two places",
-        Verdict::Slides => "nothing holds it along a direction that was not known before",
-        Verdict::Implausible => "it lies beyond the uncertainty of the graph",
-        Verdict::Contradicted => "the other closures contradict it",
-        Verdict::Unconfirmed => "no neighbouring place confirms it",
-    }
 }
 
 pub(crate) fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, map: &LandmarkMap) -> PyResult<()> {
@@ -222,17 +233,10 @@ pub(crate) fn grid(py: Python<'_>, out: &Bound<'_, PyDict>, g: &Grid) -> PyResul
 
 /// Tuples of first stamp, last stamp, x, y, sigma, direction, why.
 fn weak(out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
-    let why = |reason: Reason| match reason {
-        Reason::Contradiction => "odometry and scans contradict each other",
-        Reason::Torn => "the scan was not found on the map and no odometry bridges the gap",
-        Reason::Lost => "little of the scan was found on the map",
-        Reason::Slides => "nothing stands across this direction: a corridor without ends, or an open space",
-    };
     let spots: Vec<_> = r
         .weak
         .iter()
-        .map(|w| (w.stamps.0, w.stamps.1, w.position.x, w.position.y, w.sigma, w.direction, why(w.reason)))
+        .map(|w| (w.stamps.0, w.stamps.1, w.position.x, w.position.y, w.sigma, w.direction, w.reason.told()))
         .collect();
-    out.set_item("torn", r.weak.iter().filter(|w| w.reason == Reason::Torn).count())?;
     out.set_item("weak", spots)
 }

@@ -1,5 +1,6 @@
 //! The pose graph for Python: nodes (N, 3), pairs (M, 2), measurements (M, 3), information (M, 3, 3).
 
+use crate::token::interruptible;
 use groma_geometry::Se2;
 use groma_mapping::pose_graph::{Edge, Error, Options, PoseGraph, Solution};
 use nalgebra::Matrix3;
@@ -53,7 +54,8 @@ fn pose_graph_optimize<'py>(
     };
     let robust: Vec<bool> = robust.as_array().to_vec();
     let graph = graph(nodes.as_array(), pairs.as_array(), measurements.as_array(), information.as_array(), &robust)?;
-    let solution = py.detach(|| graph.optimize(&options)).map_err(|e| raise(py, &e))?;
+    let solution =
+        interruptible(py, None, None, |token| graph.optimize(&options, token))?.map_err(|e| raise(py, &e))?;
     let Solution { nodes, chi_squares, weights, iterations, converged } = solution;
     let poses = Array2::from_shape_fn((nodes.len(), 3), |(k, axis)| nodes[k].to_vector()[axis]);
     let (chi_squares, weights) = (Array1::from(chi_squares), Array1::from(weights));

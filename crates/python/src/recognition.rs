@@ -1,11 +1,13 @@
 //! `groma.recognition`: scans pushed in order of time, then one call a step, so that each can be timed.
 
 use crate::gate;
+use crate::token::interruptible;
 use groma_features::glarot::Candidate;
 use groma_geometry::Se2;
 use groma_mapping::recognition::{Loop, Options, Proposal, Recognizer as Core, Verdict, Verified};
+use groma_models::Cancelled;
 use numpy::PyReadonlyArray1;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -64,33 +66,39 @@ impl Recognizer {
     }
 
     /// Makes the local maps. Of each: its first and last keyframe, its number of corners.
-    fn describe(&mut self, py: Python<'_>) -> Vec<(usize, usize, usize)> {
-        py.detach(|| self.core.describe());
+    fn describe(&mut self, py: Python<'_>) -> PyResult<Vec<(usize, usize, usize)>> {
+        done(interruptible(py, None, None, |token| self.core.describe(token))?)?;
         let row = |m: &groma_mapping::local_map::LocalMap| (m.keyframes.start, m.keyframes.end - 1, m.corners.len());
-        self.core.maps().iter().map(row).collect()
+        Ok(self.core.maps().iter().map(row).collect())
     }
 
     /// For every local map, earlier ones that look like it, with their distance.
-    fn retrieve(&mut self, py: Python<'_>) -> Vec<Vec<(usize, f64)>> {
-        self.candidates = py.detach(|| self.core.retrieve());
-        self.candidates.iter().map(|c| c.iter().map(|c| (c.index, c.distance)).collect()).collect()
+    fn retrieve(&mut self, py: Python<'_>) -> PyResult<Vec<Vec<(usize, f64)>>> {
+        self.candidates = done(interruptible(py, None, None, |token| self.core.retrieve(token))?)?;
+        Ok(self.candidates.iter().map(|c| c.iter().map(|c| (c.index, c.distance)).collect()).collect())
     }
 
     /// For every local map, the motions `(place, T_place_map, pairs)` with most pairs.
-    fn associate(&mut self, py: Python<'_>) -> Vec<Vec<(usize, Pose, usize)>> {
-        self.proposals = py.detach(|| self.core.associate(&self.candidates));
-        self.proposals.iter().map(|p| p.iter().map(|p| (p.place, pose(&p.motion), p.pairs)).collect()).collect()
+    fn associate(&mut self, py: Python<'_>) -> PyResult<Vec<Vec<(usize, Pose, usize)>>> {
+        self.proposals = done(interruptible(py, None, None, |token| self.core.associate(&self.candidates, token))?)?;
+        Ok(self.proposals.iter().map(|p| p.iter().map(|p| (p.place, pose(&p.motion), p.pairs)).collect()).collect())
     }
 
     /// Shows the motions to surfaces and views.
-    fn verify(&mut self, py: Python<'_>) {
-        self.verified = py.detach(|| self.core.verify(&self.proposals));
+    fn verify(&mut self, py: Python<'_>) -> PyResult<()> {
+        self.verified = done(interruptible(py, None, None, |token| self.core.verify(&self.proposals, token))?)?;
+        Ok(())
     }
 
     /// The closures considered, one a local map at most.
     fn decide(&mut self, py: Python<'_>) -> Vec<Row> {
         py.detach(|| self.core.decide(&self.verified)).iter().map(row).collect()
     }
+}
+
+/// Only Ctrl-C cancels, and raises its own exception before.
+fn done<T>(outcome: Result<T, Cancelled>) -> PyResult<T> {
+    outcome.map_err(|e| PyKeyboardInterrupt::new_err(e.to_string()))
 }
 
 fn pose(p: &Se2) -> Pose {

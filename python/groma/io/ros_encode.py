@@ -54,7 +54,7 @@ def write_mcap(path: Path, messages: Iterable[Message]) -> None:
     path
         The file; replaced when the last message is written.
     messages
-        In the order of recording; their stamps must not be negative.
+        In the order of recording, a scan after its last beam; their stamps must not be negative.
 
     Raises
     ------
@@ -79,8 +79,8 @@ def _write_all(writer: Writer, messages: Iterable[Message]) -> None:
         key = (_topic(message), msgtype)
         if key not in topics:
             topics[key] = _connect(writer, *key, taken={topic for topic, _ in topics})
-        nanoseconds = _nanoseconds(message.stamp)
-        writer.write(topics[key], nanoseconds, _STORE.serialize_cdr(_encode(message), msgtype))
+        recorded = _nanoseconds(message.end if isinstance(message, LaserScan) else message.stamp)
+        writer.write(topics[key], recorded, _STORE.serialize_cdr(_encode(message), msgtype))
 
 
 def _topic(message: Message) -> str:

@@ -1,5 +1,6 @@
 //! Why a pose graph could not be solved.
 
+use groma_models::Cancelled;
 use thiserror::Error;
 
 /// The error of the pose graph.
@@ -51,6 +52,9 @@ pub enum Error {
     /// The linear system could not be set up.
     #[error("pose graph: {0}")]
     Linear(groma_estimation::Error),
+    /// The work was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl From<groma_estimation::Error> for Error {

@@ -14,6 +14,7 @@ use super::linear::System;
 use super::{Error, Options, PoseGraph, Solution};
 use groma_estimation::{BlockMatrix, Cholesky};
 use groma_geometry::{Se2, So2};
+use groma_models::Token;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Damping of the first retry of a matrix that is not positive definite, and where retrying ends.
@@ -43,6 +44,7 @@ pub(super) struct Effort {
 pub(super) struct Solver<'a> {
     pub graph: &'a PoseGraph,
     pub options: &'a Options,
+    token: &'a Token,
     system: System<'a>,
     cholesky: Cholesky<3>,
     iterations: usize,
@@ -57,10 +59,15 @@ pub(super) struct Moved {
 }
 
 impl<'a> Solver<'a> {
-    pub(super) fn new(graph: &'a PoseGraph, options: &'a Options, weights: &[f64]) -> Result<Self, Error> {
+    pub(super) fn new(
+        graph: &'a PoseGraph,
+        options: &'a Options,
+        weights: &[f64],
+        token: &'a Token,
+    ) -> Result<Self, Error> {
         let system = System::new(graph, weights);
         let cholesky = Cholesky::analyze(&system.matrix)?;
-        Ok(Self { graph, options, system, cholesky, iterations: 0 })
+        Ok(Self { graph, options, token, system, cholesky, iterations: 0 })
     }
 
     /// The effort that the options ask for.
@@ -91,6 +98,7 @@ impl<'a> Solver<'a> {
         cost: f64,
         radius: &mut f64,
     ) -> Result<Option<Moved>, Error> {
+        self.token.check()?;
         self.iterations += 1;
         let Some(model) = self.model(nodes, weights)? else { return Ok(None) };
         while *radius >= LEAST_SHARE * model.whole {

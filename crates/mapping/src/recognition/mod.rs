@@ -30,7 +30,7 @@ use crate::verify::{Check, check};
 use groma_features::association::associate_facing;
 use groma_features::glarot::{Candidate, Index};
 use groma_geometry::Se2;
-use groma_models::LaserScan;
+use groma_models::{Cancelled, LaserScan, Token};
 use groma_registration::PolarView;
 use rayon::prelude::*;
 
@@ -101,7 +101,7 @@ impl Recognizer {
     /// Tracks a scan of a laser mounted at `t_base_laser`; false, and nothing changed, if its stamp does not rise or it has too
     /// few hits.
     pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2) -> bool {
-        let late = !scan.stamp.is_finite() || self.scans.last().is_some_and(|s| scan.stamp <= s.stamp);
+        let late = scan.validate().is_err() || self.scans.last().is_some_and(|s| scan.stamp <= s.stamp);
         if late || !crate::mapper::has_hits(scan) {
             return false;
         }
@@ -151,16 +151,21 @@ impl Recognizer {
     }
 
     /// Makes the local maps and their signatures.
-    pub fn describe(&mut self) {
+    ///
+    /// # Errors
+    /// When `token` is cancelled; nothing has changed then. So it is with all that follows.
+    pub fn describe(&mut self, token: &Token) -> Result<(), Cancelled> {
         let stretches = self.stretches();
         let of = |&(first, last): &(usize, usize)| {
-            LocalMap::of_stretch(first..last + 1, self.keyframes[last].tracked, &self.keyframes)
+            token.check()?;
+            Ok(LocalMap::of_stretch(first..last + 1, self.keyframes[last].tracked, &self.keyframes))
         };
-        self.maps = stretches.par_iter().map(of).collect();
+        self.maps = stretches.par_iter().map(of).collect::<Result<_, Cancelled>>()?;
         self.index = Index::new();
         for map in &self.maps {
             self.index.add(&map.signature);
         }
+        Ok(())
     }
 
     /// First and last keyframe of every local map.
@@ -191,13 +196,16 @@ impl Recognizer {
     }
 
     /// For every local map, the earlier ones that look most like it.
-    #[must_use]
-    pub fn retrieve(&self) -> Vec<Vec<Candidate>> {
+    ///
+    /// # Errors
+    /// When `token` is cancelled.
+    pub fn retrieve(&self, token: &Token) -> Result<Vec<Vec<Candidate>>, Cancelled> {
         let query = |n: usize| {
+            token.check()?;
             let ranked = self
                 .index
                 .query(&self.maps[n].signature, 10 * self.options.candidates, |m| m < n && self.is_earlier(m, n));
-            self.spaced(ranked)
+            Ok(self.spaced(ranked))
         };
         (0..self.maps.len()).into_par_iter().map(query).collect()
     }
@@ -217,13 +225,16 @@ impl Recognizer {
     }
 
     /// For every local map, the motions that pair most corners with those of its candidates.
-    #[must_use]
-    pub fn associate(&self, candidates: &[Vec<Candidate>]) -> Vec<Vec<Proposal>> {
+    ///
+    /// # Errors
+    /// When `token` is cancelled.
+    pub fn associate(&self, candidates: &[Vec<Candidate>], token: &Token) -> Result<Vec<Vec<Proposal>>, Cancelled> {
         let of = |(n, candidates): (usize, &Vec<Candidate>)| {
+            token.check()?;
             let mut proposals: Vec<Proposal> = candidates.iter().flat_map(|c| self.proposals(c.index, n)).collect();
             proposals.sort_by_key(|p| std::cmp::Reverse(p.pairs));
             proposals.truncate(self.options.verified);
-            proposals
+            Ok(proposals)
         };
         candidates.par_iter().enumerate().map(of).collect()
     }
@@ -235,11 +246,14 @@ impl Recognizer {
     }
 
     /// Every proposal with what surfaces and views say of it.
-    #[must_use]
-    pub fn verify(&self, proposals: &[Vec<Proposal>]) -> Vec<Vec<Verified>> {
-        let verified = |n: usize, p: &Proposal| Verified {
-            check: check(&self.maps[p.place], &self.maps[n], p.motion, &self.keyframes),
-            proposal: p.clone(),
+    ///
+    /// # Errors
+    /// When `token` is cancelled.
+    pub fn verify(&self, proposals: &[Vec<Proposal>], token: &Token) -> Result<Vec<Vec<Verified>>, Cancelled> {
+        let verified = |n: usize, p: &Proposal| {
+            token.check()?;
+            let check = check(&self.maps[p.place], &self.maps[n], p.motion, &self.keyframes);
+            Ok(Verified { check, proposal: p.clone() })
         };
         let of = |(n, all): (usize, &Vec<Proposal>)| all.iter().map(|p| verified(n, p)).collect();
         proposals.par_iter().enumerate().map(of).collect()

@@ -84,9 +84,9 @@ pub fn map(simulated: &Simulated, odometry: &[Odometry], mount: Se2) -> MapResul
         while let Some(reading) = readings.next_if(|r| r.stamp <= scan.stamp) {
             mapper.push_odometry(*reading);
         }
-        mapper.push_scan(scan.clone(), mount).unwrap();
+        mapper.push_scan(scan, &mount).unwrap();
     }
-    mapper.finish().unwrap()
+    mapper.finish(&Token::new()).unwrap()
 }
 
 /// True poses of the keyframes, seen from the first.

@@ -1,0 +1,123 @@
+//! Mapping as a machine: scans and odometry pushed as they come, a map at any moment.
+//!
+//! ```text
+//! message -> order (bounded lateness) -> mapper: tracker, local maps, closures -> pose graph -> map, findings, verdict
+//! ```
+//!
+//! A scan is registered when its turn comes, whether its odometry has come or not (`groma_mapping::extrapolation`). Asking for
+//! the state or for a snapshot changes nothing: a drive mapped in one go and one that was looked at on the way give the same
+//! bytes, as do any numbers of threads. Messages of other kinds are passed over.
+//!
+//! What was noticed on the way and in the result is told as findings (`findings.rs`), and the verdict follows from them.
+
+mod findings;
+mod stream;
+
+use crate::message::Message;
+use crate::order::Order;
+use groma_geometry::Se2;
+use groma_mapping::conclude::Error;
+use groma_mapping::map_result::MapResult;
+use groma_mapping::mapper::{Mapper, State};
+use groma_mapping::options::Options;
+use groma_models::bounds::{ANGLE, COORDINATE};
+use groma_models::finding::{Kind, verdict};
+use groma_models::{Finding, Token};
+use stream::Stream;
+
+pub use stream::Refused;
+
+/// A map, and what is to be said of it.
+pub struct Outcome {
+    /// The map.
+    pub map: MapResult,
+    /// Numbers of the run, under the names that files give them.
+    pub counts: Vec<(&'static str, f64)>,
+    /// What was noticed.
+    pub findings: Vec<Finding>,
+    /// The word that follows from the findings.
+    pub verdict: &'static str,
+}
+
+/// Builds a map from messages.
+pub struct Map {
+    order: Order,
+    mapper: Mapper,
+    t_base_laser: Se2,
+    stream: Stream,
+}
+
+impl Map {
+    /// An empty map of a laser mounted at `t_base_laser`.
+    ///
+    /// # Errors
+    /// A setting or a number of the mount that is out of range, by name.
+    pub fn new(options: Options, t_base_laser: Se2) -> Result<Self, Refused> {
+        options.validate()?;
+        COORDINATE.check("laser_x", t_base_laser.x())?;
+        COORDINATE.check("laser_y", t_base_laser.y())?;
+        ANGLE.check("laser_yaw", t_base_laser.theta())?;
+        Ok(Self {
+            order: Order::new(options.lateness),
+            mapper: Mapper::new(options),
+            t_base_laser,
+            stream: Stream::default(),
+        })
+    }
+
+    /// Takes a message. Those whose turn has come are worked off.
+    pub fn push(&mut self, message: Message) {
+        self.stream.read(&message);
+        for message in self.order.push(message) {
+            self.take(message);
+        }
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Scan { scan, .. } => {
+                let outcome = self.mapper.push_scan(&scan, &self.t_base_laser);
+                self.stream.scan(scan.stamp, outcome);
+            }
+            Message::Odometry(reading) => {
+                if self.mapper.push_odometry(reading) {
+                    self.stream.odometry(reading);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Where the vehicle was at the last scan, with its covariance, and how large the map is; none before the first scan.
+    #[must_use]
+    pub fn state(&self) -> Option<State> {
+        self.mapper.state()
+    }
+
+    /// The map of the messages whose turn has come; the machine goes on as if nobody had asked. Cancelled, it is the map of the
+    /// graph as it stands.
+    ///
+    /// # Errors
+    /// When no scan could be used, or the pose graph cannot be solved.
+    pub fn snapshot(&self, token: &Token) -> Result<Outcome, Error> {
+        let map = self.mapper.finish(token)?;
+        let mut found = self.order.findings();
+        found.extend(self.stream.findings());
+        found.extend(findings::findings(&map));
+        let mut counts = self.stream.counts();
+        counts.extend(map.counts());
+        let codes: Vec<_> = found.iter().map(|f| f.code).collect();
+        Ok(Outcome { verdict: verdict(Kind::Map, &codes), map, counts, findings: found })
+    }
+
+    /// The map of all messages, those that still waited for their turn included.
+    ///
+    /// # Errors
+    /// As [`Self::snapshot`].
+    pub fn finish(mut self, token: &Token) -> Result<Outcome, Error> {
+        for message in self.order.drain() {
+            self.take(message);
+        }
+        self.snapshot(token)
+    }
+}

@@ -1,0 +1,9 @@
+//! Drives mapped message by message: what arrives when, what is asked on the way, and what the result says of itself.
+#![allow(clippy::unwrap_used)]
+
+#[allow(dead_code)]
+#[path = "../../../mapping/tests/drives/building.rs"]
+mod building;
+mod feed;
+mod findings;
+mod order;
