@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +15,7 @@ import pytest
 
 import groma.cli
 from drives import Array, Driven, drive, mapped, scans, scene
-from groma.io.drive import open_drive
-from groma.io.recording import open_recording, write_recording
-from groma.mapper import map_drive
+from groma.io.recording import write_recording
 from groma.mapping import MapResult
 from groma.models import LaserScan, Message, Odometry, Transform
 
@@ -134,20 +133,21 @@ def test_still_a_map_as_good_as_ever(
     assert errors.rotation.max() < 0.5
 
 
-def test_what_was_left_out_is_counted(rooms: Driven, tmp_path: Path) -> None:
-    def left_out(path: Path) -> Counter[str]:
-        opened = open_drive(open_recording(path))
-        map_drive(opened, {})
-        return opened.skipped
+def left_out(result: MapResult) -> set[tuple[str, int]]:
+    """Codes of findings, each with the first of its numbers."""
+    return {(f.code, round(next(iter(f.values.values()))[0])) for f in result.findings}
 
-    invalid = left_out(rooms.write(tmp_path / "a.mcap", each_odometry(sometimes_no_number)))
-    assert invalid["odometry that is no number"] > 100
-    repeated = left_out(rooms.write(tmp_path / "b.mcap", twice))
-    assert repeated["scans with the stamp of the one before"] == len(rooms.truth.stamps)
+
+def test_what_was_left_out_is_counted(rooms: Driven, tmp_path: Path) -> None:
+    count = len(rooms.truth.stamps)
+    path = rooms.write(tmp_path / "a.mcap", each_odometry(sometimes_no_number))
+    assert any(code == "values-invalid" and number > 100 for code, number in left_out(mapped(path)))
+    repeated = left_out(mapped(rooms.write(tmp_path / "b.mcap", twice)))
+    assert ("stamps-invalid", count) in repeated
     empty = each_scan(lambda k, scan: with_ranges(scan, np.full(181, math.inf)) if k < 7 else scan)
-    counts = mapped(rooms.write(tmp_path / "c.mcap", empty)).counts
-    assert counts["scans with fewer than ten hits"] == 7
-    assert counts["scans_used"] == len(rooms.truth.stamps) - 7
+    result = mapped(rooms.write(tmp_path / "c.mcap", empty))
+    assert ("scans-unusable", 7) in left_out(result)
+    assert result.counts["scans_used"] == count - 7
 
 
 @pytest.mark.parametrize(
@@ -228,6 +228,7 @@ def test_scans_without_an_echo_give_no_map(rooms: Driven, tmp_path: Path, capsys
         ("[map]\nresolution = 2020-02-02\n", "map.resolution"),
         ("[map]\nresolution = nan\n", "map.resolution"),
         ("[map]\nresolution = 0.0\n", "resolution"),
+        ("[map]\nlateness = -1.0\n", "lateness"),
         ("[map]\nonline = 1\n", "map.online"),
         ("[map.corners]\nsectors = true\n", "map.corners.sectors"),
         ("settings = 3\n", "no table [map]"),
@@ -251,3 +252,27 @@ def test_a_file_is_no_folder_for_results(rooms: Driven, tmp_path: Path, capsys: 
     assert code == 2
     assert "is a file" in told
     assert path.read_bytes() == before
+
+
+HOSTILE = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+resource.setrlimit(resource.RLIMIT_CPU, (20, 20))
+import groma.cli
+raise SystemExit(groma.cli.run(["map", sys.argv[1], "-o", sys.argv[2]]))
+"""
+
+
+def hostile(path: Path, out: Path) -> tuple[int, str]:
+    """Map a recording with limits on time and memory; return exit code and standard error."""
+    command = [sys.executable, "-c", HOSTILE, str(path), str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.shared
+@pytest.mark.parametrize("name", ["incnan1.csv", "inc1e3081.csv", "tf1.mcap"])
+def test_hostile_recordings_end_in_time(shared: Path, tmp_path: Path, name: str) -> None:
+    code, told = hostile(shared / "cases/hostile" / name, tmp_path / "out")
+    assert code in (0, 1, 2), told
+    assert "Traceback" not in told

@@ -179,8 +179,8 @@ def _closure(residual_m: float, residual_rad: float = 0.0, accepted: bool = True
 
 
 def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult) -> None:
-    def verdict(*closures: Closure) -> str:
-        return words.verdict(dataclasses.replace(result, closures=closures, weak=()))
+    def verdict(*closures: Closure, findings: tuple[Finding, ...] = ()) -> str:
+        return words.verdict(dataclasses.replace(result, closures=closures, findings=findings, weak=()))
 
     assert verdict().startswith("No loop was closed")
     assert verdict(_closure(5.0, accepted=False)).startswith("No loop was closed")
@@ -188,9 +188,14 @@ def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult
         "The map is consistent: 1 loop closure agrees with it to 3.0\N{NO-BREAK SPACE}cm, and no stretch of the drive "
         "is weakly held."
     )
-    assert verdict(_closure(0.03), _closure(0.5)).startswith("The map is strained: of 2 loop closures 1 cannot be met")
-    assert "near (1.0,\N{NO-BREAK SPACE}\N{MINUS SIGN}2.0)" in verdict(_closure(0.5))
-    assert "strained" in verdict(_closure(0.0, -0.03))
+    values = {"worst": (0.5, "m"), "worst_turn": (-0.03, "rad")}
+    strained = Finding("closure-violated", "of 2 loop closures 1 cannot be met", place=(1.0, -2.0), values=values)
+    assert verdict(_closure(0.03), findings=(strained,)).startswith(
+        "The map is strained: of 2 loop closures 1 cannot be met, the worst by 50\N{NO-BREAK SPACE}cm and 1.72° near "
+        "(1.0,\N{NO-BREAK SPACE}\N{MINUS SIGN}2.0), where walls may be doubled"
+    )
+    torn = Finding("map-torn", "the scan was not found on the map")
+    assert verdict(_closure(0.03), findings=(strained, torn, torn)).startswith("The map may be torn: 2 times the scan")
     assert "few returns & <glass>" in words.verdict(result)
 
 

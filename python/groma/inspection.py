@@ -2,7 +2,8 @@
 
 Rates are 1 / median of the stamp differences (of an even sample of them); a gap is a difference of more than five
 medians and more than half a second. Order is judged in the order of the file: a step back is a stamp smaller than the
-one before it in the same stream. An odometry jump is a step that no robot drives, see :func:`groma.io.drive.is_jump`.
+one before it in the same stream. An odometry jump is a step that no robot drives: half a metre and more at above 5 m/s,
+or turning likewise.
 Nothing is estimated here.
 """
 
@@ -14,9 +15,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from groma import _core
 from groma.errors import UserError
 from groma.findings import Finding
-from groma.io.drive import Drive, is_jump, open_drive
+from groma.io.drive import Drive, open_drive
 from groma.io.recording import Recording
 from groma.io.sampling import Sample
 from groma.io.streams import Kind
@@ -144,7 +146,11 @@ class OdometryStream:
         self.path_m += way
         self.turned_rad += abs(math.atan2(math.sin(turn), math.cos(turn)))
         self.largest_step_m = max(self.largest_step_m, way)
-        self.jumps += is_jump(before, pose)
+        self.jumps += _core.odometry_jumps(_row(before), _row(pose))
+
+
+def _row(pose: Odometry) -> tuple[float, float, float, float]:
+    return (pose.stamp, pose.x, pose.y, pose.theta)
 
 
 @dataclass(slots=True)

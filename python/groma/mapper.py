@@ -58,8 +58,12 @@ def map_drive(
         When no scan could be used or the pose graph cannot be solved.
     """
     mount = (drive.mount.x, drive.mount.y, drive.mount.yaw)
+    options = {**_core.map_defaults(), **{key: value for key, value in settings.items() if key not in STREAMS}}
+    wanted = options["lateness"]
+    if isinstance(wanted, int | float) and 0 <= wanted < drive.lateness:
+        options["lateness"] = drive.lateness
     try:
-        core = _core.Mapper(json.dumps({key: value for key, value in settings.items() if key not in STREAMS}), mount)
+        core = _core.Mapper(json.dumps(options), mount)
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
     token = token or _core.Token()
@@ -94,7 +98,7 @@ def beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
     return (g.angle_min, g.angle_increment, g.time_increment, g.range_min, g.range_max)
 
 
-def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
+def to_result(arrays: dict[str, Any]) -> MapResult:
     """Return the core's arrays as a value."""
     trajectory = arrays["trajectory"]
     odometry = arrays["odometry"]
@@ -111,7 +115,7 @@ def to_result(arrays: dict[str, Any], counts: Mapping[str, float]) -> MapResult:
         weak=tuple(
             WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays["weak"]
         ),
-        counts={**counts, **arrays["counts"]},
+        counts=arrays["counts"],
         findings=of_core(arrays["findings"]),
         verdict=arrays["verdict"],
     )

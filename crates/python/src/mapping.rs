@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(map_defaults, m)?)?;
+    m.add_function(wrap_pyfunction!(odometry_jumps, m)?)?;
     m.add_class::<Mapper>()
 }
 
@@ -32,6 +33,13 @@ fn map_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 pub(crate) fn json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Whether no robot drives from one odometry reading `(stamp, x, y, theta)` to the next.
+#[pyfunction]
+fn odometry_jumps(before: (f64, f64, f64, f64), after: (f64, f64, f64, f64)) -> bool {
+    let reading = |(stamp, x, y, theta)| Odometry { stamp, pose: Se2::new(x, y, theta) };
+    reading(before).jumps_to(&reading(after))
 }
 
 /// Builds a map from messages in the order in which they come.

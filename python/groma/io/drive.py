@@ -1,4 +1,4 @@
-"""A drive: the one scan stream and the one odometry stream of a recording that a map is made of, in order of time.
+"""A drive: the one scan and the one odometry stream of a recording that a map is made of, in the order of the file.
 
 Choice when not told: the scan stream with most messages; the odometry on the scan lines themselves (CARMEN), else the
 Odometry stream with most messages, else a moving ``odom -> base`` edge of /tf. What was chosen among several is noted.
@@ -7,9 +7,8 @@ Mounting: the chain of transforms from the frame of the vehicle (the odometry's 
 ``mounting.py``. Scans of a scanner that hangs upside down are mirrored, and all scans leave here with bearings that
 grow: ``T_base_laser`` is then (x, y, yaw) and nothing else. Reversed scans keep their timing (negative time_increment).
 
-Order: a scan counts as of the time of its last beam, so odometry up to the end of a sweep precedes it; see
-``time_order.py`` for what is late. Repeated stamps are dropped. All of it is counted in
-``Drive.skipped``. Jumps of the odometry are counted and passed on: they happened.
+Order: messages leave here as the recording has them; what to do with late ones is the core's. A look at the beginning
+tells how late they come: ``Drive.lateness`` is what a recording whose stamps are disordered asks the core to wait.
 """
 
 from __future__ import annotations
@@ -20,15 +19,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from groma.findings import Finding
+from groma.io.disorder import needed_lateness
 from groma.io.drive_choice import TF, Look, choose_odometry, choose_scans, look, mount_for
 from groma.io.left_out import left_out
 from groma.io.mounting import Mount
 from groma.io.recording import Recording
-from groma.io.time_order import Sorter
 from groma.models import LaserScan, Odometry, Transform
-
-JUMP_M, JUMP_RAD = 0.5, math.radians(45)
-FASTEST_M_S, FASTEST_RAD_S = 5.0, 2 * math.pi
 
 
 @dataclass(slots=True)
@@ -46,49 +42,14 @@ class Drive:
     """Whether the recording says where the laser sits."""
     notes: list[Finding]
     """What was chosen and assumed."""
+    lateness: float = 0.0
+    """How late messages come, by a look at the beginning [s]; 0 where they are in order."""
     skipped: Counter[str] = field(default_factory=Counter)
-    """What the last pass left out, by reason."""
-    jumps: int = 0
-    """Steps of the odometry in the last pass that no robot drives."""
+    """What readers of single streams left out, by reason."""
     _edge: tuple[str, str] | None = None
 
     def events(self) -> Iterator[Odometry | LaserScan]:
-        """Yield odometry and scans in order of time; may be called again for another pass."""
-        self.skipped.clear()
-        self.jumps = 0
-        last = {Odometry: -math.inf, LaserScan: -math.inf}
-        before: Odometry | None = None
-        for event in self._sorted():
-            kind = "odometry" if isinstance(event, Odometry) else "scans"
-            if event.stamp <= last[type(event)]:
-                self.skipped[f"{kind} with the stamp of the one before"] += 1
-                continue
-            last[type(event)] = event.stamp
-            if isinstance(event, Odometry):
-                self.jumps += before is not None and is_jump(before, event)
-                before = event
-            yield event
-
-    def findings(self) -> list[Finding]:
-        """Return what was chosen and assumed, and what the last pass left out; the recording has its own besides."""
-        return [*self.notes, *left_out(self.skipped), *self._jumps()]
-
-    def _jumps(self) -> Iterator[Finding]:
-        if self.jumps:
-            times = "once" if self.jumps == 1 else f"{self.jumps} times"
-            text = f"the odometry jumps {times}, farther than a robot drives"
-            yield Finding("odometry-jump", text, values={"count": (self.jumps, "1")})
-
-    def _sorted(self) -> Iterator[Odometry | LaserScan]:
-        sorter: Sorter[Odometry | LaserScan] = Sorter(self.skipped)
-        for event in self._chosen():
-            if isinstance(event, Odometry):
-                yield from sorter.push(event.stamp, 0, event, "odometry")
-            else:
-                yield from sorter.push(_end(event), 1, event, "scans")
-        yield from sorter.drain()
-
-    def _chosen(self) -> Iterator[Odometry | LaserScan]:
+        """Yield odometry and scans in the order in which they came; may be called again for another pass."""
         from_tf = self._edge is not None
         names = {self.scans} if self.odometry is None or from_tf else {self.scans, self.odometry}
         if from_tf:
@@ -102,6 +63,10 @@ class Drive:
                     yield message
             elif from_tf and isinstance(message, Transform) and (message.parent, message.child) == self._edge:
                 yield _odometry(message)
+
+    def findings(self) -> list[Finding]:
+        """Return what was chosen and assumed; the recording has its own besides, the core what it left out."""
+        return [*self.notes, *left_out(self.skipped)]
 
     def _upright(self, scan: LaserScan) -> LaserScan:
         if self.mount.upside_down:
@@ -134,7 +99,12 @@ def open_drive(recording: Recording, *, scans: str | None = None, odometry: str 
     base = found.base or (edge[1] if edge else None)
     mount = mount_for(found, base, notes)
     named = f"{TF}:{edge[0]}->{edge[1]}" if edge else odometry_name
-    return Drive(recording, scan_name, named, mount or Mount(), mount is not None, notes, _edge=edge)
+    drive = Drive(recording, scan_name, named, mount or Mount(), mount is not None, notes, _edge=edge)
+    drive.lateness = needed_lateness(drive.events())
+    if drive.lateness:
+        text = f"stamps are disordered: messages wait up to {drive.lateness:.3g} s to be put into order"
+        notes.append(Finding("stamps-disordered", text, values={"lateness": (drive.lateness, "s")}))
+    return drive
 
 
 def _tf_odometry(wanted: str | None, chosen: str | None, found: Look, notes: list[Finding]) -> tuple[str, str] | None:
@@ -146,20 +116,6 @@ def _tf_odometry(wanted: str | None, chosen: str | None, found: Look, notes: lis
     else:
         notes.append(Finding("odometry-missing", "no odometry in the recording"))
     return edge
-
-
-def is_jump(before: Odometry, after: Odometry) -> bool:
-    """Whether no robot drives from one pose to the next: above 0.5 m and above 5 m/s, or turning likewise."""
-    dt = max(after.stamp - before.stamp, 0.0)
-    turn = after.theta - before.theta
-    turn = abs(math.atan2(math.sin(turn), math.cos(turn)))
-    way = math.hypot(after.x - before.x, after.y - before.y)
-    return way > max(JUMP_M, FASTEST_M_S * dt) or turn > max(JUMP_RAD, FASTEST_RAD_S * dt)
-
-
-def _end(scan: LaserScan) -> float:
-    """Return the time of the last beam fired."""
-    return scan.stamp + max(0.0, (len(scan.ranges) - 1) * scan.geometry.time_increment)
 
 
 def _mirrored(scan: LaserScan) -> LaserScan:

@@ -30,7 +30,8 @@ class WheelDrive(Drive):
 
     poses: list[Odometry] = field(default_factory=list)
 
-    def _chosen(self) -> Iterator[Odometry | LaserScan]:
+    def events(self) -> Iterator[Odometry | LaserScan]:
+        """Yield scans in the order of the file, the odometry ahead of them."""
         waiting = iter(self.poses)
         pose = next(waiting, None)
         for message in self.recording.messages({self.scans}):

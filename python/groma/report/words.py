@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from groma.findings import Finding
 from groma.mapping import Closure, MapResult, WeakSpot
 from groma.report.figures import accepted
 
@@ -81,24 +82,25 @@ def strain(closure: Closure) -> float:
 
 def _consistency(result: MapResult) -> str:
     good = accepted(result)
-    if torn := int(result.counts.get("torn_stretches", 0)):
+    found = {finding.code: finding for finding in result.findings}
+    if torn := sum(finding.code == "map-torn" for finding in result.findings):
         return (
             f"The map may be torn: {count(torn, 'time')} the scan was not found on the map and there was no odometry "
             "to bridge the gap, so that what follows may be misplaced"
         )
+    if strained := found.get("closure-violated"):
+        return f"The map is strained: {_strain_words(strained)}, where walls may be doubled"
     if not good:
         return "No loop was closed, so that only registration from scan to scan holds the map together"
-    worst = max(good, key=strain)
-    torn = sum(strain(closure) > 1 for closure in good)
-    if torn:
-        return (
-            f"The map is strained: of {count(len(good), 'loop closure')} {torn} cannot be met, the worst by "
-            f"{length(worst.residual_m)} and {angle(abs(worst.residual_rad))} near {place(worst.to_xy)}, where walls "
-            "may be doubled"
-        )
     agree = "agrees" if len(good) == 1 else "agree"
     largest = max(closure.residual_m for closure in good)
     return f"The map is consistent: {count(len(good), 'loop closure')} {agree} with it to {length(largest)}"
+
+
+def _strain_words(strained: Finding) -> str:
+    worst, turn = strained.values["worst"][0], strained.values["worst_turn"][0]
+    near = f" near {place(strained.place)}" if strained.place else ""
+    return f"{strained.text}, the worst by {length(worst)} and {angle(abs(turn))}{near}"
 
 
 def _weakness(weak: tuple[WeakSpot, ...]) -> str:

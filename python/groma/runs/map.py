@@ -7,7 +7,6 @@ from pathlib import Path
 from groma.io.drive import Drive
 from groma.io.results import save_map, save_survey
 from groma.io.trajectory import read_tum
-from groma.map_findings import map_findings
 from groma.mapper import map_drive
 from groma.mapping import MapResult
 from groma.report.figures import map_figures
@@ -33,8 +32,8 @@ def map_into(run: Run, drive: Drive, settings: Settings) -> MapResult:
         def told(scans: int, keyframes: int, local_maps: int, closures: int) -> None:
             show(scans, f"{keyframes} keyframes, {local_maps} local maps, {closures} closures")
 
-        result = map_drive(drive, settings, told)
-    run.extend(map_findings(result))
+        result = map_drive(drive, settings, told, run.token)
+    run.extend(result.findings)
     save_map(result, run.folder)
     run.finish(map_figures(result), verdict(result), lambda outcome: map_report(result, outcome))
     return result

@@ -21,11 +21,29 @@ use groma_models::finding::Code;
 const STRAINED: f64 = 0.1;
 /// A scanner that sits this far from its mount is told of [m].
 const OFFSET: f64 = 0.05;
+/// Weak stretches that are told one by one, the worst.
+const MOST_WEAK: usize = 10;
 
 /// The findings of a map.
 pub(super) fn findings(map: &MapResult) -> Vec<Finding> {
     let single = [interrupted(map), strained(map), loop_none(map), odometry(map), offset(map), cell(map)];
-    single.into_iter().flatten().chain(map.weak.iter().map(weak)).collect()
+    single.into_iter().flatten().chain(weak_stretches(map)).collect()
+}
+
+/// Where the map may be torn, all; where it is weakly held, the worst, and how many more.
+fn weak_stretches(map: &MapResult) -> Vec<Finding> {
+    let (torn, mut held): (Vec<&WeakSpot>, Vec<&WeakSpot>) = map.weak.iter().partition(|w| w.reason == Reason::Torn);
+    held.sort_by(|a, b| b.sigma.total_cmp(&a.sigma));
+    let told = held.iter().take(MOST_WEAK);
+    let mut found: Vec<Finding> = torn.iter().chain(told).map(|w| stretch(w)).collect();
+    if let Some(next) = held.get(MOST_WEAK) {
+        let (others, sigma) = (held.len() - MOST_WEAK, next.sigma);
+        let text = format!("{others} more stretches are weakly held, none worse than {sigma:.2} m");
+        found.push(
+            Finding::new(Code::WeakStretch, text).with("stretches", others as f64, "1").with("sigma", sigma, "m"),
+        );
+    }
+    found
 }
 
 fn interrupted(map: &MapResult) -> Option<Finding> {
@@ -81,11 +99,19 @@ fn cell(map: &MapResult) -> Option<Finding> {
     (made > wanted).then(|| Finding::new(Code::LimitReached, text).with("resolution", made, "m"))
 }
 
-fn weak(spot: &WeakSpot) -> Finding {
-    let code = if spot.reason == Reason::Torn { Code::MapTorn } else { Code::WeakStretch };
-    Finding::new(code, spot.reason.told())
-        .during(spot.stamps.0, spot.stamps.1)
-        .at(spot.position.x, spot.position.y)
-        .with("sigma", spot.sigma, "m")
-        .with("direction", spot.direction, "rad")
+fn stretch(spot: &WeakSpot) -> Finding {
+    let (x, y) = (spot.position.x, spot.position.y);
+    let (code, text) = match spot.reason {
+        Reason::Torn => (Code::MapTorn, spot.reason.told().to_owned()),
+        why => {
+            let text =
+                format!("near ({x:.1}, {y:.1}) a scan holds the position to {:.2} m only: {}", spot.sigma, why.told());
+            (Code::WeakStretch, text)
+        }
+    };
+    Finding::new(code, text).during(spot.stamps.0, spot.stamps.1).at(x, y).with("sigma", spot.sigma, "m").with(
+        "direction",
+        spot.direction,
+        "rad",
+    )
 }

@@ -80,9 +80,8 @@ impl Map {
                 self.stream.scan(scan.stamp, outcome);
             }
             Message::Odometry(reading) => {
-                if self.mapper.push_odometry(reading) {
-                    self.stream.odometry(reading);
-                }
+                self.mapper.push_odometry(reading);
+                self.stream.odometry(reading);
             }
             _ => {}
         }
