@@ -273,7 +273,7 @@ mod tests {
         assert!((needed - 0.15).abs() < 1e-12);
         let (out, left) = run(needed, stamps.map(odometry).to_vec());
         assert_eq!(out.iter().map(|m| m.0).collect::<Vec<_>>(), [0.0, 0.1, 0.2, 0.25, 0.3, 0.4, 0.5]);
-        assert_eq!(left, vec![(Left::NotFinite, 1), (Left::Leap, 1)]);
+        assert_eq!(left, vec![(Left::Invalid, 1), (Left::Leap, 1)]);
         assert_eq!(disorder([3.0, 4.0, 5.0]), 0.0);
     }
 

@@ -41,7 +41,7 @@ pub enum Drivetrain {
     },
 }
 
-/// What the wheels do beside what they are told.
+/// What the wheels do beside what they are told: the noise of [`groma_models::WheelNoise`], and the steps of the encoders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelNoise {
@@ -59,10 +59,11 @@ pub struct WheelNoise {
 
 impl Default for WheelNoise {
     fn default() -> Self {
+        let groma_models::WheelNoise { slip, steering, memory } = groma_models::WheelNoise::default();
         Self {
-            slip: 0.0005,
-            steering: 0.02_f64.to_radians(),
-            memory: 3.0,
+            slip,
+            steering,
+            memory,
             counter_step: std::f64::consts::TAU / 4096.0,
             steering_step: std::f64::consts::TAU / 16384.0,
         }
