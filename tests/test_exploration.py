@@ -95,7 +95,7 @@ def test_a_graph_by_hand_is_read_and_written_the_same(tmp_path: Path) -> None:
     [
         ("[dock, hall]", "[dock, hell]", "edge 0: there is no node called hell"),
         ("hall: [8, 0]", "hall: [8]", "node hall: write"),
-        ("hall: [8, 0]", "hall: [.nan, 0]", "node hall: its position must be finite"),
+        ("hall: [8, 0]", "hall: [.nan, 0]", "position of node hall[0] = nan"),
         ("hall: [8, 0]", "hall: [0, 0]", "without length"),
         ("start: dock", "start: quay", "start: there is no node called quay"),
         ("- [door, lab]", "", "to place 3"),

@@ -114,6 +114,7 @@ def calibrate_camera(
     target: Target,
     detections: Sequence[Detection],
     settings: Mapping[str, object] | None = None,
+    token: _core.Token | None = None,
 ) -> CameraCalibration:
     """Calibrate a camera.
 
@@ -127,6 +128,8 @@ def calibrate_camera(
         Of this camera; those of one stamp are of one image.
     settings
         Those of :func:`camera_defaults`, changed.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
 
     Raises
     ------
@@ -140,7 +143,7 @@ def calibrate_camera(
     views = [(int(image), len(d.corners)) for image, d in zip(images, detections, strict=True)]
     merged = {**camera_defaults(), **(settings or {})}
     try:
-        core = _core.calibrate_camera(size, views, *flat_corners(target, detections), json.dumps(merged))
+        core = _core.calibrate_camera(size, views, *flat_corners(target, detections), json.dumps(merged), token)
     except ValueError as error:
         raise UserError(f"setting of camera: {error}") from error
     except RuntimeError as error:

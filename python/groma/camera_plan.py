@@ -224,6 +224,7 @@ def plan_camera(
     covariance: Array | None = None,
     seen: Sequence[Detection] = (),
     looked: Sequence[tuple[float, float, float]] = (),
+    token: _core.Token | None = None,
 ) -> CameraPlan:
     """Find the drives that make projections as certain as asked, each the best for what it costs.
 
@@ -243,6 +244,8 @@ def plan_camera(
         What this camera saw of the panels since.
     looked
         Poses of the robot from which it did: what it would see from there again tells nothing new.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
 
     Raises
     ------
@@ -256,7 +259,7 @@ def plan_camera(
     for pose in (start, *(poses or ())):
         if not all(map(math.isfinite, pose)):
             raise UserError(f"a pose is {pose}: must be finite")
-    found = _asked(lambda: _core.camera_plan(*request, poses, _json(search), known, points, pixels, sigmas))
+    found = _asked(lambda: _core.camera_plan(*request, poses, _json(search), known, points, pixels, sigmas, token))
     return msgspec.json.decode(found, type=CameraPlan)
 
 
@@ -272,8 +275,14 @@ def ranked(stage: Stage, distance: float, noise: Noise = DEFAULTS.search.noise) 
     return msgspec.json.decode(found, type=tuple[Judged, ...])
 
 
-def try_motion(stage: Stage, motion: str, distance: float, tries: Tries = DEFAULTS.tries) -> Tried:
-    """Calibrate from drawn corners of a drive that people use, as often as asked.
+def try_motion(
+    stage: Stage,
+    motion: str,
+    distance: float,
+    tries: Tries = DEFAULTS.tries,
+    token: _core.Token | None = None,
+) -> Tried:
+    """Calibrate from drawn corners of a drive that people use, as often as asked, until the token is cancelled.
 
     Raises
     ------
@@ -283,19 +292,21 @@ def try_motion(stage: Stage, motion: str, distance: float, tries: Tries = DEFAUL
     if motion not in MOTIONS:
         raise UserError(f"no drive is called {motion!r}: there are {', '.join(MOTIONS)}")
     return msgspec.json.decode(
-        _asked(lambda: _core.camera_trials(_json(stage), motion, distance, _json(tries))), type=Tried
+        _asked(lambda: _core.camera_trials(_json(stage), motion, distance, _json(tries), token)), type=Tried
     )
 
 
-def study_sitting(sitting: Sitting = DEFAULTS.sitting, tries: Tries = DEFAULTS.tries) -> Studied:
-    """Calibrate from drawn corners of a panel held before a camera, each time anew.
+def study_sitting(
+    sitting: Sitting = DEFAULTS.sitting, tries: Tries = DEFAULTS.tries, token: _core.Token | None = None
+) -> Studied:
+    """Calibrate from drawn corners of a panel held before a camera, each time anew, until the token is cancelled.
 
     Raises
     ------
     UserError
         When a number is out of range.
     """
-    return msgspec.json.decode(_asked(lambda: _core.camera_study(_json(sitting), _json(tries))), type=Studied)
+    return msgspec.json.decode(_asked(lambda: _core.camera_study(_json(sitting), _json(tries), token)), type=Studied)
 
 
 def middle_of_view(stage: Stage, search: Search = DEFAULTS.search) -> float:

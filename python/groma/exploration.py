@@ -307,7 +307,10 @@ def scene(kind: SceneName, *, size: int = 16, step: float = 8.0, density: float 
 
 
 def explore(
-    graph: Graph, settings: Settings | None = None, progress: Callable[[float, int], object] | None = None
+    graph: Graph,
+    settings: Settings | None = None,
+    progress: Callable[[float, int], object] | None = None,
+    token: _core.Token | None = None,
 ) -> Run:
     """Let a robot that does not know a building explore it; nothing is drawn, all noise is in the covariances.
 
@@ -319,6 +322,8 @@ def explore(
         How to explore.
     progress
         Called at each stop with the distance driven [m] and the number of cameras found.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
 
     Raises
     ------
@@ -326,7 +331,8 @@ def explore(
         When the graph cannot be driven or a setting is impossible.
     """
     chosen = _json((settings or Settings()).table())
-    return _asked(lambda: msgspec.json.decode(_core.exploration_run(_core_graph(graph), chosen, progress), type=Run))
+    asked = _core_graph(graph), chosen, progress, token
+    return _asked(lambda: msgspec.json.decode(_core.exploration_run(*asked), type=Run))
 
 
 def check(graph: Graph) -> None:
@@ -348,6 +354,7 @@ def try_walk(
     runs: int = 200,
     seed: int = 1,
     progress: Callable[[int, int], object] | None = None,
+    token: _core.Token | None = None,
 ) -> Tried:
     """Drive a walk (ways from the start) many times with drawn noise: the filter, then least squares over the drive.
 
@@ -365,6 +372,8 @@ def try_walk(
         Of the first; each has its own.
     progress
         Called before each drive with those done and their number.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
 
     Examples
     --------
@@ -380,12 +389,8 @@ def try_walk(
     """
     if runs < 1 or seed < 0:
         raise UserError(f"runs = {runs}, seed = {seed}: need at least 1 and 0")
-    given, ways = _json(noise or DEFAULTS.noise), list(walk)
-    return _asked(
-        lambda: msgspec.json.decode(
-            _core.exploration_try(_core_graph(graph), ways, given, runs, seed, progress), type=Tried
-        )
-    )
+    asked = _core_graph(graph), list(walk), _json(noise or DEFAULTS.noise), runs, seed, progress, token
+    return _asked(lambda: msgspec.json.decode(_core.exploration_try(*asked), type=Tried))
 
 
 def _core_graph(graph: Graph) -> str:

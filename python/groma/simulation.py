@@ -231,8 +231,8 @@ def scenario(scene: str, seed: int = 1) -> Scenario:
         raise UserError(str(error)) from error
 
 
-def simulate(scenario: Scenario) -> Simulated:
-    """Drive a scenario.
+def simulate(scenario: Scenario, token: _core.Token | None = None) -> Simulated:
+    """Drive a scenario, until the token is cancelled.
 
     Raises
     ------
@@ -240,7 +240,7 @@ def simulate(scenario: Scenario) -> Simulated:
         When a setting makes no sense, or the vehicle cannot follow its route or touches something.
     """
     try:
-        core = _core.simulate_scenario(msgspec.json.encode(scenario).decode())
+        core = _core.simulate_scenario(msgspec.json.encode(scenario).decode(), token)
     except ValueError as error:
         raise UserError(f"scenario: {error}") from error
     return Simulated(

@@ -77,6 +77,7 @@ def plan_vehicle(
     floor: ArrayLike | None = None,
     footprint: tuple[float, float, float] = (0.0, 0.0, 0.0),
     noise: Mapping[str, float] | None = None,
+    token: _core.Token | None = None,
     **limits: Unpack[PlanLimits],
 ) -> VehiclePlan:
     """Find the arcs that give these standard deviations in the least time.
@@ -98,6 +99,8 @@ def plan_vehicle(
     noise
         Standard deviations: ``place`` [m], ``heading`` [rad] of a motion, ``slip`` after a metre [m], ``steering``
         [rad], which lasts for ``memory`` [s].
+    token
+        Cancels the work; KeyboardInterrupt tells so.
     **limits
         See :class:`PlanLimits`.
 
@@ -113,7 +116,7 @@ def plan_vehicle(
         corners = np.asarray(floor, dtype=np.float64).reshape(-1, 2)
         room = ([(x, y) for x, y in corners.tolist()], footprint)
     rows, reached, time, bound = _core.vehicle_plan(
-        model, *_wanted(parameters, free, sigmas), json.dumps(noise or {}), json.dumps(limits), room
+        model, *_wanted(parameters, free, sigmas), json.dumps(noise or {}), json.dumps(limits), room, token
     )
     return _plan(rows, dict(reached), time, bound)
 

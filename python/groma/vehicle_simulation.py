@@ -137,8 +137,8 @@ def calibration_scenario(drivetrain: Tricycle | Differential, seed: int = 1) -> 
     return msgspec.json.decode(text, type=CalibrationScenario)
 
 
-def simulate_calibration(scenario: CalibrationScenario) -> CalibrationDrive:
-    """Drive a scenario.
+def simulate_calibration(scenario: CalibrationScenario, token: _core.Token | None = None) -> CalibrationDrive:
+    """Drive a scenario, until the token is cancelled.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def simulate_calibration(scenario: CalibrationScenario) -> CalibrationDrive:
         When a setting makes no sense, or the vehicle would leave the floor.
     """
     try:
-        core = _core.simulate_calibration(msgspec.json.encode(scenario).decode())
+        core = _core.simulate_calibration(msgspec.json.encode(scenario).decode(), token)
     except ValueError as error:
         raise UserError(f"scenario: {error}") from error
     return CalibrationDrive(

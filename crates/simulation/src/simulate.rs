@@ -63,7 +63,7 @@ pub fn simulate_in(
     let caster = RayCaster::new(&world);
     stays_clear(&caster, &drive, scenario.clearance)?;
     let mut wheels = Random::new(scenario.seed, Purpose::Wheels);
-    let readings = WheelReadings::of(&drive, &scenario.vehicle, &scenario.wheels, &mut wheels)?;
+    let readings = WheelReadings::of(&drive, &scenario.vehicle, &scenario.wheels, &mut wheels, token)?;
     let stalls = place_stalls(&drive, scenario);
     let scans = sweeps(&caster, &drive, scenario, token)?;
     let scan_poses = scans.iter().map(|scan| drive.at(scan.stamp - scenario.start)).collect();

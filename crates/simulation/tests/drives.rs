@@ -25,7 +25,7 @@ fn detour() -> Route {
 }
 
 fn read(drive: &Drive, vehicle: &Vehicle, errors: &WheelErrors) -> Result<WheelReadings, SimulationError> {
-    WheelReadings::of(drive, vehicle, errors, &mut Random::new(5, Purpose::Wheels))
+    WheelReadings::of(drive, vehicle, errors, &mut Random::new(5, Purpose::Wheels), &Token::new())
 }
 
 fn furthest(a: &[Se2], b: &[Se2]) -> f64 {
@@ -101,7 +101,7 @@ fn slip_grows_with_the_root_of_the_distance() {
     }
     let excess = |seed| {
         let mut random = Random::new(seed, Purpose::Wheels);
-        let end = WheelReadings::of(&drive, &DIFFERENTIAL, &errors, &mut random).unwrap().positions[200];
+        let end = WheelReadings::of(&drive, &DIFFERENTIAL, &errors, &mut random, &Token::new()).unwrap().positions[200];
         0.1 * end[0] - 2.0
     };
     let squares: Vec<f64> = (0..2000).map(|seed| excess(seed).powi(2)).collect();

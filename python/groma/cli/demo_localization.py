@@ -45,8 +45,8 @@ def localize_simulated(whole: Run, recordings: Path, seed: int) -> tuple[Localiz
         The localization, and lines for a person.
     """
     plan = drive_scenario("survey", Day(seed), seed)
-    first = simulate(plan)
-    later = simulate(drive_scenario("path1", Day(seed, day=1, changed=CHANGED), seed + 1))
+    first = simulate(plan, whole.token)
+    later = simulate(drive_scenario("path1", Day(seed, day=1, changed=CHANGED), seed + 1), whole.token)
     write_recording(recordings / "survey.mcap", first)
     write_recording(recordings / "drive.mcap", later)
     write_vehicle(recordings / "vehicle.toml", calibrated_vehicle(plan, seed))

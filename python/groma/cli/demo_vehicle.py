@@ -44,7 +44,7 @@ def calibrate_simulated(whole: Run, recordings: Path, seed: int) -> tuple[Calibr
         scenario = msgspec.structs.replace(scenario, program=program, scanner=scanner)
     truth = true_vehicle(scenario)
     recording = recordings / "agv.mcap"
-    write_recording(recording, simulate_calibration(scenario))
+    write_recording(recording, simulate_calibration(scenario, whole.token))
     request = Request(wheelbase=truth.parameters["wheelbase"])
     command = shown_command(["calibrate", "vehicle", recording.name, "--wheelbase", str(request.wheelbase)])
     with Run("vehicle", "calibrate vehicle", whole.folder / "vehicle", command=command, within=whole) as run:

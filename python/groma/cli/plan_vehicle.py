@@ -95,7 +95,16 @@ def vehicle(
             else:
                 front, rear, side = _numbers(footprint or "0,0,0", 3, "--footprint")
                 outline = (front, rear, side)
-                plan = plan_vehicle(model, parameters, sigmas, free=also, floor=corners, footprint=outline, **limits)
+                plan = plan_vehicle(
+                    model,
+                    parameters,
+                    sigmas,
+                    free=also,
+                    floor=corners,
+                    footprint=outline,
+                    token=run.token,
+                    **limits,
+                )
                 words = f"no plan of such arcs takes less than {plan.bound:.0f} s"
         except ValueError as error:
             raise UserError(str(error)) from error

@@ -73,7 +73,7 @@ def localization(
 
 def _written(run: Run, name: str, plan: Scenario) -> Simulated:
     """Simulate a drive and write its recording and its truth."""
-    driven = simulate(plan)
+    driven = simulate(plan, run.token)
     write_recording(run.path(f"{name}.mcap"), driven)
     write_tum(run.path(f"{name}-truth.tum"), driven.stamps, driven.truth)
     length = np.hypot(*np.diff(driven.truth[:, :2], axis=0).T).sum()

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from groma._core import Token
 from groma.exploration import RULES, STRATEGIES, WEIGHING, Budget, Graph, Lambda, Settings, StrategyName, explore
 
 LAMBDAS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
@@ -41,6 +42,7 @@ def trade_offs(
     lambdas: Sequence[float] = LAMBDAS,
     strategies: Sequence[StrategyName] = STRATEGIES,
     progress: Callable[[int, int], None] | None = None,
+    token: Token | None = None,
 ) -> list[Traded]:
     """Explore every building by every strategy, those that weigh once for every lambda.
 
@@ -54,12 +56,14 @@ def trade_offs(
         Which to compare.
     progress
         Called with the number of curves' points done and their total.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
     """
     plans = list(_plans(lambdas, strategies))
     points = []
     for number, (strategy, weight) in enumerate(plans):
         settings = Settings(strategy=strategy, goal=Lambda(0.0 if weight is None else weight))
-        runs = [explore(graph, settings) for graph in graphs]
+        runs = [explore(graph, settings, token=token) for graph in graphs]
         distance, sigma = np.array([run.length for run in runs]), np.array([run.sigma for run in runs])
         means = float(distance.mean()), band(distance), float(sigma.mean()), band(sigma)
         points.append(Traded(strategy, weight, *means))
@@ -91,6 +95,7 @@ def matched(
     graphs: Sequence[Graph],
     rules: Sequence[StrategyName] = RULES,
     progress: Callable[[int, int], None] | None = None,
+    token: Token | None = None,
 ) -> list[Matched]:
     """Explore every building by rules without a weight, and survey it with the distance that each took.
 
@@ -102,12 +107,14 @@ def matched(
         To compare with.
     progress
         Called with the number of rules done and their total.
+    token
+        Cancels the work; KeyboardInterrupt tells so.
     """
     found = []
     for number, rule in enumerate(rules):
-        ruled = [explore(graph, Settings(strategy=rule)) for graph in graphs]
+        ruled = [explore(graph, Settings(strategy=rule), token=token) for graph in graphs]
         surveyed = [
-            explore(graph, Settings(strategy="survey", goal=Budget(run.length)))
+            explore(graph, Settings(strategy="survey", goal=Budget(run.length)), token=token)
             for graph, run in zip(graphs, ruled, strict=True)
         ]
         sigmas = np.array([[a.sigma, b.sigma] for a, b in zip(ruled, surveyed, strict=True)])

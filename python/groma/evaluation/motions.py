@@ -16,6 +16,7 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
+from groma._core import Token
 from groma.camera_plan import DEFAULTS, MOTIONS, Sitting, Stage, Studied, Tried, Tries, study_sitting, try_motion
 
 A = TypeVar("A")
@@ -45,18 +46,22 @@ class Varied:
 
 
 def try_motions(
-    stage: Stage, distance: float, tries: Tries = DEFAULTS.tries, progress: Progress | None = None
+    stage: Stage,
+    distance: float,
+    tries: Tries = DEFAULTS.tries,
+    progress: Progress | None = None,
+    token: Token | None = None,
 ) -> dict[str, Tried]:
     """Try out all drives that people use, their middle at a distance before the camera [m]."""
-    found = _each(MOTIONS, lambda motion: try_motion(stage, motion, distance, tries), progress)
+    found = _each(MOTIONS, lambda motion: try_motion(stage, motion, distance, tries, token), progress)
     return dict(zip(MOTIONS, found, strict=True))
 
 
-def study(tries: Tries = DEFAULTS.tries, progress: Progress | None = None) -> list[Varied]:
+def study(tries: Tries = DEFAULTS.tries, progress: Progress | None = None, token: Token | None = None) -> list[Varied]:
     """Vary one thing after the other."""
     points = [(what, value, _sitting(what, value)) for what, values in STUDY.items() for value in values]
     sittings = list(dict.fromkeys(sitting for _, _, sitting in points))
-    found = dict(zip(sittings, _each(sittings, lambda s: study_sitting(s, tries), progress), strict=True))
+    found = dict(zip(sittings, _each(sittings, lambda s: study_sitting(s, tries, token), progress), strict=True))
     return [Varied(what, value, found[sitting]) for what, value, sitting in points]
 
 

@@ -38,7 +38,7 @@ def calibrate_camera_into(run: Run, images: Path, panels: Target, settings: Sett
             f"{images}: the target is in none of {len(sightings.names)} images: is it the right file, the right border?"
         )
     core = {key: value for key, value in settings.items() if key != "detection"}
-    found = calibrate_camera(sightings.size, panels, sightings.detections, core)
+    found = calibrate_camera(sightings.size, panels, sightings.detections, core, run.token)
     run.extend(camera_findings(found))
     save_camera(name, found, run.folder)
     figures = camera_figures(found, sightings)

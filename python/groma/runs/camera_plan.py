@@ -21,7 +21,7 @@ def plan_camera_into(
     """Plan a drive and finish the run with it."""
     given = {"mount": list(asked.mount), "start": list(pose), "target": stage.target.json()}
     run.settings = {"plan_camera": {**_table(search), **given, "camera": asked.camera.json()}}
-    plan = plan_camera(stage, pose, search, covariance=asked.covariance, seen=seen)
+    plan = plan_camera(stage, pose, search, covariance=asked.covariance, seen=seen, token=run.token)
     ranking = ranked(stage, middle_of_view(stage, search), search.noise)
     if not plan.met:
         text = (

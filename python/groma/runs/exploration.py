@@ -27,10 +27,12 @@ def plan_into(run: Run, building: Building, settings: Settings, given: Mapping[s
     graph = building.graph
     cameras = sum(node.camera for node in graph.nodes)
     with run.stage("cameras", cameras) as show:
-        found = explore(graph, settings, lambda distance, count: show(count, f"{distance:.0f} m"))
+        found = explore(graph, settings, lambda distance, count: show(count, f"{distance:.0f} m"), run.token)
     with run.stage("drives with noise", TRIES) as show:
         seed = int(str(given.get("seed", 0)))
-        tried = try_walk(graph, found.walk, noise=settings.noise, runs=TRIES, seed=seed, progress=_told(show))
+        tried = try_walk(
+            graph, found.walk, noise=settings.noise, runs=TRIES, seed=seed, progress=_told(show), token=run.token
+        )
     run.extend(_missed(settings.goal, found, cameras))
     gif = animation(graph, found, building.grid) if frames else None
     write_graph(run.path("graph.yaml"), graph)
@@ -47,8 +49,8 @@ def compare_into(run: Run, graphs: Sequence[Graph], lambdas: Sequence[float], gi
     """Explore buildings by every strategy, and by the survey as far as each rule went; finish the run with it."""
     run.settings = {"exploration": {**given, "buildings": len(graphs), "lambdas": list(lambdas)}}
     with run.stage("explorations") as show:
-        curves = trade_offs(graphs, lambdas, progress=_told(show))
-        matches = matched(graphs, progress=_told(show))
+        curves = trade_offs(graphs, lambdas, progress=_told(show), token=run.token)
+        matches = matched(graphs, progress=_told(show), token=run.token)
     run.write_text("curves.csv", _curves(curves))
     run.write_text("matched.csv", _matches(matches))
     for point in curves:

@@ -17,11 +17,11 @@ from groma.runs.run import Run
 def try_motions_into(run: Run, stage: Stage, distance: float, tries: Tries, *, errors: bool) -> None:
     """Try the drives that people use, also the error study where wanted; finish the run with them."""
     with run.stage("drives") as show:
-        tried = try_motions(stage, distance, tries, lambda done, total: show(done, total=total))
+        tried = try_motions(stage, distance, tries, lambda done, total: show(done, total=total), run.token)
     studied: list[Varied] = []
     if errors:
         with run.stage("errors studied") as show:
-            studied = study(tries, lambda done, total: show(done, total=total))
+            studied = study(tries, lambda done, total: show(done, total=total), run.token)
     for motion, found in tried.items():
         named = shares(stage.camera, found, found.deviation).items()
         told = "  ".join(f"{name} {short(share)} %" for name, share in named)

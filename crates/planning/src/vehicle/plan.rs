@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 /// Arcs of a plan, at most.
-const MOST_ARCS: f64 = 1e4;
+const MOST_ARCS: f64 = 1e3;
 
 /// What is wanted of which vehicle, where.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ pub enum Error {
     #[error("the arcs within the limits do not hold all parameters: allow more steering angles, or a larger floor")]
     Weak,
     /// What is wanted takes too many arcs.
-    #[error("the wanted standard deviations take more than 10 000 arcs: ask for larger ones")]
+    #[error("the wanted standard deviations take more than 1000 arcs: ask for larger ones")]
     TooMany,
     /// A number is out of range.
     #[error(transparent)]

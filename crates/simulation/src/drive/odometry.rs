@@ -13,6 +13,7 @@ use super::vehicle::{Vehicle, Wheels};
 use crate::error::SimulationError;
 use crate::random::Random;
 use groma_geometry::Se2;
+use groma_models::Token;
 use serde::{Deserialize, Serialize};
 
 /// Smallest and largest scale that is tried for a final error.
@@ -73,27 +74,31 @@ impl WheelReadings {
     /// The readings of `vehicle` on `drive`.
     ///
     /// # Errors
-    /// When no scale of the errors gives the final error asked for.
+    /// When no scale of the errors gives the final error asked for, or the token cancels the work.
     pub fn of(
         drive: &Drive,
         vehicle: &Vehicle,
         errors: &WheelErrors,
         seed: &mut Random,
+        token: &Token,
     ) -> Result<Self, SimulationError> {
         let turns = true_turns(drive, vehicle);
         let noise: Vec<[f64; 2]> = turns.iter().map(|_| [seed.normal(), seed.normal()]).collect();
         let run = |scale| integrate(&turns, &noise, vehicle, &scaled(errors, scale));
         let Some(target) = errors.final_error else { return Ok(run(1.0)) };
         let truth = drive.poses[0].between(&drive.poses[turns.len()]).translation;
-        let error = |scale| run(scale).odometry.last().map_or(0.0, |end| (end.translation - truth).norm());
+        let error = |scale| {
+            token.check()?;
+            Ok(run(scale).odometry.last().map_or(0.0, |end| (end.translation - truth).norm()))
+        };
         scale_for(target, error).map(run)
     }
 }
 
 /// The least power of two times the smallest scale that errs enough, bisected down to the target.
-fn scale_for(target: f64, error: impl Fn(f64) -> f64) -> Result<f64, SimulationError> {
+fn scale_for(target: f64, error: impl Fn(f64) -> Result<f64, SimulationError>) -> Result<f64, SimulationError> {
     let mut high = SCALES.0;
-    while error(high) < target {
+    while error(high)? < target {
         high *= 2.0;
         if high > SCALES.1 {
             return Err(SimulationError::FinalError(target));
@@ -102,7 +107,7 @@ fn scale_for(target: f64, error: impl Fn(f64) -> f64) -> Result<f64, SimulationE
     let mut low = high / 2.0;
     for _ in 0..BISECTIONS {
         let middle = (low + high) / 2.0;
-        if error(middle) < target {
+        if error(middle)? < target {
             low = middle;
         } else {
             high = middle;
