@@ -25,15 +25,14 @@ from numpy.typing import NDArray
 from groma.association import rigid_fit
 from groma.io.drive import open_drive
 from groma.io.recording import open_recording, write_recording
-from groma.localization import Localizer, LocalizerOptions, Relocalizer
+from groma.localization import Pose
+from groma.localization_options import LocalizeOptions
 from groma.localization_simulation import Day, drive_scenario
-from groma.localize import Request, detect, localize_drive
+from groma.localize import Request, localize_drive, localizing
 from groma.localized import Chart, Localized
 from groma.mapper import map_drive
 from groma.mapping import chosen
-from groma.models import LaserScan
 from groma.simulation import Simulated, beam_geometry, simulate
-from groma.wheel_motion import Motions, calibration_covariance, wheel_motions
 
 SWAY = 0.4
 NEAR, TURNED = 0.3, 5.0
@@ -48,25 +47,15 @@ def places(site: Site, chart: Chart, name: str, count: int) -> None:
     """Tell how often the start is found in the warehouse."""
     plain = drive_scenario("back", Day(PLAN, 1, 0.1), 3)
     run = simulate(msgspec.structs.replace(plain, limits=msgspec.structs.replace(plain.limits, sway=SWAY)))
-    motions = wheel_motions(site.vehicle, run.stamps, run.joints)
-    considered = calibration_covariance(site.vehicle)
-    relocalizer = Relocalizer(chart.landmarks, chart.grid)
-    truth = moved(relative(site.t_world_map[None], np.zeros((1, 3)))[0], poses_at(run, motions.stamps))
     starts = np.linspace(0, len(run.scan_stamps) - 110, count).astype(int)
     ways, errors = [], []
     for start in starts.tolist():
-        localizer = Localizer(
-            chart.landmarks,
-            stamp=float(run.scan_stamps[start]),
-            mount=site.vehicle.laser,
-            calibration=considered,
-            relocalizer=relocalizer,
-        )
-        found = _drive_until_found(localizer, run, motions, start)
+        found = _drive_until_found(site, chart, run, start)
         if found is not None:
-            way, k = found
+            way, stamp, pose = found
             ways.append(way)
-            errors.append(relative(truth[k : k + 1], np.array([localizer.state.pose]))[0])
+            truth = moved(relative(site.t_world_map[None], np.zeros((1, 3)))[0], poses_at(run, np.array([stamp])))
+            errors.append(relative(truth, np.array([pose]))[0])
     table, way = np.array(errors).reshape(-1, 3), np.array(ways)
     right = (np.hypot(table[:, 0], table[:, 1]) < NEAR) & (np.abs(np.degrees(table[:, 2])) < TURNED)
     say(
@@ -76,22 +65,25 @@ def places(site: Site, chart: Chart, name: str, count: int) -> None:
     )
 
 
-def _drive_until_found(localizer: Localizer, run: Simulated, motions: Motions, start: int) -> tuple[float, int] | None:
-    """Return the way until the vehicle knows where it is, and the last motion; None when it never does."""
+def _drive_until_found(site: Site, chart: Chart, run: Simulated, start: int) -> tuple[float, float, Pose] | None:
+    """Return the way until the vehicle knows where it is, when and where; None when it never does."""
+    machine = localizing(Request(chart, {}, None, site.vehicle), site.vehicle.laser)
     geometry = beam_geometry(run.scenario)
-    way, k = 0.0, int(np.searchsorted(motions.stamps, run.scan_stamps[start], side="right"))
+    edges = (geometry.angle_min, geometry.angle_increment, geometry.time_increment, geometry.range_min)
+    beams = (*edges, geometry.range_max)
+    k = int(np.searchsorted(run.stamps, run.scan_stamps[start], side="right"))
+    first = k
     for s in range(start, len(run.scan_stamps)):
         stamp = float(run.scan_stamps[s])
         end = stamp + (run.ranges.shape[1] - 1) * geometry.time_increment
-        while k < len(motions.stamps) and motions.stamps[k] <= end:
-            x, y, turn = motions.motions[k].tolist()
-            localizer.predict(float(motions.stamps[k]), (x, y, turn), motions.covariances[k], motions.by_drive[k])
-            way += float(np.hypot(x, y))
+        while k < len(run.stamps) and run.stamps[k] <= end:
+            machine.push_wheels(float(run.stamps[k]), list(enumerate(run.joints[k].tolist())))
             k += 1
-        scan = LaserScan(stamp, "scan", "laser", geometry, run.ranges[s], run.intensities[s])
-        localizer.update(detect(scan), scan)
-        if localizer.state.quality.status != "lost":
-            return way, k - 1
+        machine.push_scan(stamp, run.ranges[s], run.intensities[s], beams)
+        state = machine.state()
+        way = float(np.hypot(*np.diff(run.truth[first : k + 1, :2], axis=0).T).sum())
+        if state is not None and state[3]["status"] != "lost":
+            return way, state[0], state[1]
         if way > FAR:
             return None
     return None
@@ -111,7 +103,7 @@ def intel(log: Path, folder: Path) -> None:
     fit = rigid_fit(first[:, :2], whole.trajectory[early, :2])
     if fit is None:
         raise RuntimeError("the two maps of the first half do not fit")
-    options: tuple[LocalizerOptions, ...] = ({"mode": "static"}, {"mode": "mixed"})
+    options: tuple[LocalizeOptions, ...] = ({"mode": "static"}, {"mode": "mixed"})
     for option in options:
         found = localize_drive(open_drive(open_recording(halves[1])), Request(Chart(half.landmarks, half.grid), option))
         truth = moved(fit.transform, _at(whole.trajectory_stamps, whole.trajectory, found.stamps))

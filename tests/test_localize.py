@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,13 +13,20 @@ import numpy as np
 import pytest
 
 import groma.cli
+from groma.io.chart import read_chart
 from groma.io.landmarks import read_landmarks
-from groma.io.recording import write_recording
+from groma.io.localization_results import save_localized
+from groma.io.recording import open_recording, write_recording
 from groma.io.reflector_list import write_reflectors
 from groma.io.trajectory import read_tum, write_tum
-from groma.io.vehicle_file import write_vehicle
+from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario, drives, standing_reflectors
+from groma.localize import Request, localizing, to_localized
+from groma.mapper import beams
+from groma.models import JointState, LaserScan
 from groma.simulation import Simulated, simulate
+
+RUN = "import sys, groma.cli; sys.exit(groma.cli.run(sys.argv[1:]))"
 
 
 @dataclass(frozen=True)
@@ -95,6 +105,53 @@ def test_the_same_input_gives_the_same_bytes(depot: Depot, by_reflectors: Path) 
     for path in by_reflectors.iterdir():
         if path.name != "run.toml":  # it tells the command, which differs under pytest
             assert path.read_bytes() == (again / path.name).read_bytes(), path.name
+
+
+def test_messages_pushed_one_by_one_give_the_bytes_of_the_command(depot: Depot, by_reflectors: Path) -> None:
+    vehicle = read_vehicle(depot.folder / "vehicle.toml")
+    x, y, theta = (float(part) for part in depot.start.split(","))
+    chart = read_chart(depot.folder / "marks.csv")
+    machine = localizing(Request(chart, {"mode": "reflectors"}, (x, y, theta), vehicle), (0.0, 0.0, 0.0))
+    for event in _events(depot.folder / "drive.mcap"):
+        if isinstance(event, LaserScan):
+            machine.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
+        else:
+            machine.push_wheels(event[0], [(0, event[1]), (1, event[2])])
+    found = to_localized(machine.finish(), chart)
+    out = depot.folder / "pushed"
+    out.mkdir()
+    save_localized(found, out)
+    for name in ("trajectory.tum", "covariance.txt", "quality.csv", "stops.csv", "landmarks.json"):
+        assert (out / name).read_bytes() == (by_reflectors / name).read_bytes(), name
+
+
+def _events(file: Path) -> list[LaserScan | tuple[float, float, float]]:
+    """Return scans and readings of the wheels, those up to the end of a scan first."""
+    order: list[tuple[float, int, LaserScan | tuple[float, float, float]]] = []
+    for message in open_recording(file).messages():
+        if isinstance(message, LaserScan):
+            last = message.stamp + (len(message.ranges) - 1) * message.geometry.time_increment
+            order.append((last, 1, message))
+        elif isinstance(message, JointState):
+            traction, steering = (
+                message.positions[message.names.index(f"{j}_joint")] for j in ("traction", "steering")
+            )
+            order.append((message.stamp, 0, (message.stamp, float(traction), float(steering))))
+    return [event for _, _, event in sorted(order, key=lambda item: item[:2])]
+
+
+def test_one_thread_and_two_give_the_same_bytes(depot: Depot) -> None:
+    file, vehicle, marks = (str(depot.folder / name) for name in ("drive.mcap", "vehicle.toml", "marks.csv"))
+    folders = []
+    for threads in ("1", "2"):
+        out = depot.folder / f"threads{threads}"
+        words = ["localize", file, "--vehicle", vehicle, "--map", marks, "--mode", "mixed", "--start", depot.start]
+        command = [sys.executable, "-c", RUN, *words, "-o", str(out)]
+        subprocess.run(command, check=True, env=os.environ | {"RAYON_NUM_THREADS": threads}, capture_output=True)
+        folders.append(out)
+    for path in folders[0].iterdir():
+        if path.name != "run.toml":
+            assert path.read_bytes() == (folders[1] / path.name).read_bytes(), path.name
 
 
 def test_corners_mapped_at_known_poses_place_the_vehicle_too(depot: Depot) -> None:

@@ -290,6 +290,51 @@ class Localizer:
     def quality(self) -> dict[str, Any]: ...
     def found(self) -> tuple[int, int]: ...
 
+def localize_defaults() -> str: ...
+
+class Observer:
+    """Corners and reflectors of the scans of a scanner."""
+
+    def __init__(self) -> None: ...
+    def observe(
+        self,
+        stamp: float,
+        ranges: NDArray[np.float64],
+        intensities: NDArray[np.float64],
+        beams: tuple[float, float, float, float, float],
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.uint8]]: ...
+
+class Localize:
+    """A drive on its way through the localizer; `options` is JSON."""
+
+    def __init__(
+        self,
+        landmarks: NDArray[np.float64],
+        reflector: NDArray[np.bool_],
+        descriptors: NDArray[np.uint8],
+        grid: tuple[float, tuple[float, float], NDArray[np.int8]] | None,
+        begin: tuple[tuple[float, float, float], NDArray[np.float64] | None] | None,
+        mount: tuple[float, float, float],
+        vehicle: str | None,
+        options: str,
+        token: Token | None,
+    ) -> None: ...
+    def push_scan(
+        self,
+        stamp: float,
+        ranges: NDArray[np.float64],
+        intensities: NDArray[np.float64],
+        beams: tuple[float, float, float, float, float],
+    ) -> list[tuple[int, bool]]: ...
+    def push_odometry(self, stamp: float, pose: tuple[float, float, float]) -> list[tuple[int, bool]]: ...
+    def push_wheels(self, stamp: float, positions: list[tuple[int, float]]) -> list[tuple[int, bool]]: ...
+    def push_start(
+        self, stamp: float, pose: tuple[float, float, float], covariance: NDArray[np.float64]
+    ) -> list[tuple[int, bool]]: ...
+    def state(self) -> tuple[float, tuple[float, float, float], NDArray[np.float64], dict[str, Any]] | None: ...
+    def snapshot(self) -> dict[str, Any]: ...
+    def finish(self) -> dict[str, Any]: ...
+
 class MapAtPoses:
     """Builds a map from scans at known poses; `options` is JSON."""
 

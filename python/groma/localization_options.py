@@ -1,4 +1,4 @@
-"""Names of the settings of :class:`groma.localization.Localizer`."""
+"""Names of the settings of :class:`groma.localization.Localizer` and of :func:`groma.localize.localize_drive`."""
 
 from __future__ import annotations
 
@@ -61,3 +61,25 @@ class LocalizerOptions(TypedDict, total=False):
     """Landmarks of the map whose error is remembered from scan to scan, at most."""
     dynamic: DynamicOptions
     lost: LostOptions
+
+
+class OdometryNoise(TypedDict, total=False):
+    """How far odometry is to be trusted: a random walk."""
+
+    along: float
+    """Along the path after one metre [m],"""
+    across: float
+    """across it [m],"""
+    heading: float
+    """in heading [rad];"""
+    turning: float
+    """in heading after a turn of one radian [rad]."""
+
+
+class LocalizeOptions(LocalizerOptions, total=False):
+    """Settings of localizing a drive."""
+
+    lateness: float
+    """Messages wait for others that are up to this late [s]."""
+    odometry: OdometryNoise
+    """How far odometry is to be trusted; calibrated wheels have a noise of their own."""

@@ -1,126 +1,38 @@
-"""From a drive and a map to poses in the map: motions and scans given to a localizer in order of time.
+"""From a drive and a map to poses in the map: messages given to the core, one by one, in the order of their arrival.
 
-    motions    of the wheels, with a calibrated vehicle; else the steps of the odometry
-    scan       corners (FALKO, with BSC) and reflectors, each at the time of its beam
-    start      given, or searched for: every scan is asked where it was taken until one knows
-    lost       searched for again
-
-Odometry without a calibrated vehicle does not say how good it is. Its steps are given the noise of good wheels that
-were not calibrated: ``ODOMETRY``.
+What is computed and how stands in the crate ``pipeline`` (``localize``); :class:`groma.localization.Localizer` is the
+filter inside for those who have motions and observations of their own.
 """
 
 from __future__ import annotations
 
-from collections import Counter, deque
+import heapq
+import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from groma import _core
 from groma.errors import EstimationError, UserError
-from groma.features import bsc, falko
+from groma.findings import of_core
 from groma.io.drive import Drive
 from groma.io.wheel_readings import read_wheels
-from groma.localization import Localizer, LocalizerOptions, Observations, Pose, Relocalizer
-from groma.localized import Chart, Localized, Track
+from groma.localization import Pose
+from groma.localization_options import LocalizeOptions
+from groma.localized import Chart, Halt, Localized, Weak
+from groma.mapper import beams, to_landmarks
 from groma.models import LaserScan, Odometry
-from groma.observations import Kind
-from groma.reflectors import reflectors
+from groma.relocalization import landmark_rows
 from groma.vehicle import Vehicle
-from groma.wheel_motion import Motions, calibration_covariance, wheel_motions
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, str, float], None]
 """Called with scans read, status and standard deviation of the position [m]."""
-
-ODOMETRY = (0.03, 0.03, 0.03)
-"""Noise of odometry that nobody calibrated after one metre: along, aside [m], heading [rad]."""
-TURNING = 0.05
-"""Its noise of the heading after a turn of one radian [rad]."""
-GIVEN = (0.2, 0.2, 0.1)
-"""Standard deviations of a start in a map that a person gave [m, m, rad]."""
-EXACT = (1e-4, 1e-4, 1e-5)
-"""Those of a start that is the origin by definition, because there is no map."""
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """A motion of the vehicle."""
-
-    stamp: float
-    motion: Pose
-    covariance: Array
-    by_drive: Array | None
-
-
-@dataclass(slots=True)
-class WheelMotion:
-    """The steps of calibrated wheels."""
-
-    motions: Motions
-    _next: int = 0
-
-    @property
-    def start(self) -> float:
-        """When the first step begins [s]."""
-        return self.motions.start
-
-    def until(self, stamp: float) -> Iterator[Step]:
-        """Yield the steps that end up to a time and were not given before."""
-        m = self.motions
-        while self._next < len(m.stamps) and m.stamps[self._next] <= stamp:
-            k = self._next
-            self._next += 1
-            x, y, turn = m.motions[k].tolist()
-            yield Step(float(m.stamps[k]), (x, y, turn), m.covariances[k], m.by_drive[k])
-
-
-@dataclass(slots=True)
-class OdometryMotion:
-    """The steps of odometry as it comes."""
-
-    start: float
-    _waiting: deque[Odometry] = field(default_factory=deque)
-    _last: Odometry | None = None
-
-    def push(self, reading: Odometry) -> None:
-        """Take the next reading."""
-        self._waiting.append(reading)
-
-    def until(self, stamp: float) -> Iterator[Step]:
-        """Yield the steps that end up to a time and were not given before."""
-        while self._waiting and self._waiting[0].stamp <= stamp:
-            reading = self._waiting.popleft()
-            if self._last is not None:
-                yield _odometry_step(self._last, reading)
-            self._last = reading
-
-
-def _odometry_step(a: Odometry, b: Odometry) -> Step:
-    c, s = np.cos(a.theta), np.sin(a.theta)
-    dx, dy = b.x - a.x, b.y - a.y
-    turn = float(np.arctan2(np.sin(b.theta - a.theta), np.cos(b.theta - a.theta)))
-    motion = (float(c * dx + s * dy), float(c * dy - s * dx), turn)
-    variances = np.hypot(dx, dy) * np.square(ODOMETRY)
-    variances[2] += TURNING**2 * abs(turn)
-    return Step(b.stamp, motion, np.diag(variances), None)
-
-
-def detect(scan: LaserScan) -> Observations:
-    """Return the corners and reflectors of a scan, each at the time of its beam."""
-    corners = falko(scan.ranges, scan.geometry)
-    marks = reflectors(scan.ranges, scan.intensities, scan.geometry)
-    index = np.concatenate([corners.index, marks.index])
-    return Observations.at_points(
-        scan.stamp + index * scan.geometry.time_increment,
-        np.concatenate([corners.point, marks.point]),
-        np.concatenate([corners.covariance, marks.covariance]),
-        kind=cast(list[Kind], ["corner"] * len(corners) + ["reflector"] * len(marks)),
-        orientation=np.concatenate([corners.orientation, np.full(len(marks), np.nan)]),
-        descriptor=np.concatenate([bsc(scan.ranges, scan.geometry, corners), np.zeros((len(marks), 16), np.uint8)]),
-    )
+Reading = tuple[float, float, float]
+"""Stamp [s] and positions of both joints."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +40,15 @@ class Request:
     """What is to be done with a drive."""
 
     chart: Chart
-    options: LocalizerOptions
+    options: LocalizeOptions
     start: Pose | None = None
     """``T_map_base`` as x, y [m], theta [rad]; None when it is not known."""
     vehicle: Vehicle | None = None
+
+
+def localize_defaults() -> LocalizeOptions:
+    """Return the default settings of :func:`localize_drive`."""
+    return cast(LocalizeOptions, json.loads(_core.localize_defaults()))
 
 
 def localize_drive(drive: Drive, request: Request, progress: Progress | None = None) -> Localized:
@@ -153,85 +70,99 @@ def localize_drive(drive: Drive, request: Request, progress: Progress | None = N
     EstimationError
         When no scan could be used.
     """
-    run = _Run(drive, request)
-    counts: Counter[str] = Counter()
-    for scan in run.scans(counts):
-        run.take(scan)
-        if progress:
-            state = run.track.state[-1]
-            progress(len(run.track.state), state.quality.status, state.quality.sigma_position)
-    if not run.track.state:
-        raise EstimationError(f"{drive.recording.path}: no scan could be used: there is nothing to localize")
-    return run.result(counts)
+    if request.vehicle is None and drive.odometry is None:
+        raise UserError(f"{drive.recording.path}: no odometry in it: give a --vehicle, or record odometry")
+    wanted = request.options.get("lateness", 0.0)
+    waiting = request.options | {"lateness": max(wanted, drive.lateness) if wanted >= 0 else wanted}
+    core = localizing(replace(request, options=waiting), (drive.mount.x, drive.mount.y, drive.mount.yaw))
+    _feed(core, drive, request.vehicle, progress)
+    try:
+        found = core.finish()
+    except RuntimeError as error:
+        raise EstimationError(f"{drive.recording.path}: {error}") from error
+    return to_localized(found, request.chart)
 
 
-class _Run:
-    """One drive on its way through the localizer."""
+def localizing(request: Request, mount: Pose) -> _core.Localize:
+    """Return the machine that localizes a drive, before its first message.
 
-    def __init__(self, drive: Drive, request: Request) -> None:
-        self.drive, self.request = drive, request
-        self.track = Track()
-        self.localizer: Localizer | None = None
-        vehicle = request.vehicle
-        mount = drive.mount
-        self.mount: Pose = (mount.x, mount.y, mount.yaw) if vehicle is None else vehicle.laser
-        self.motion: WheelMotion | OdometryMotion | None = None
-        if vehicle is not None:
-            stamps, readings = read_wheels(drive.recording, vehicle, drive.skipped)
-            self.motion = WheelMotion(wheel_motions(vehicle, stamps, readings))
-        elif drive.odometry is None:
-            raise UserError(f"{drive.recording.path}: no odometry in it: give a --vehicle, or record odometry")
+    Parameters
+    ----------
+    request
+        Map, start, vehicle and settings.
+    mount
+        ``T_base_laser`` where there is no vehicle.
 
-    def scans(self, counts: Counter[str]) -> Iterator[LaserScan]:
-        """Yield the scans; odometry on the way is put aside for the motion."""
-        for event in self.drive.events():
-            if isinstance(event, LaserScan):
-                counts["scans_read"] += 1
-                yield event
-            elif self.request.vehicle is None:
-                counts["odometry_read"] += 1
-                if not isinstance(self.motion, OdometryMotion):
-                    self.motion = OdometryMotion(event.stamp)
-                self.motion.push(event)
+    Raises
+    ------
+    UserError
+        When a setting is out of range, or map or start cannot be used.
+    """
+    chart, v = request.chart, request.vehicle
+    grid = chart.grid
+    walls = None if grid is None else (grid.resolution, grid.origin, np.ascontiguousarray(grid.cells))
+    begin = None if request.start is None else (request.start, None)
+    options, row = json.dumps(request.options), None if v is None else v.to_json()
+    try:
+        return _core.Localize(
+            *landmark_rows(chart.landmarks), walls, begin, v.laser if v else mount, row, options, None
+        )
+    except ValueError as error:
+        raise UserError(f"setting of localize: {error}") from error
 
-    def take(self, scan: LaserScan) -> None:
-        """Move the vehicle up to the end of a scan and take the scan in."""
-        end = scan.stamp + max(0.0, (len(scan.ranges) - 1) * scan.geometry.time_increment)
-        localizer = self._localizer(scan.stamp)
-        way = turn = 0.0
-        for step in self.motion.until(end) if self.motion else ():
-            localizer.predict(step.stamp, step.motion, step.covariance, step.by_drive)
-            way += float(np.hypot(*step.motion[:2]))
-            turn += abs(step.motion[2])
-        observations = detect(scan)
-        update = localizer.update(observations, scan)
-        self.track.add(localizer.state, update, way, turn)
 
-    def _localizer(self, stamp: float) -> Localizer:
-        if self.localizer is None:
-            r = self.request
-            considered = None if r.vehicle is None or not r.vehicle.names else calibration_covariance(r.vehicle)
-            try:
-                self.localizer = Localizer(
-                    r.chart.landmarks,
-                    stamp=self.motion.start if self.motion else stamp,
-                    pose=r.start,
-                    covariance=np.diag(np.square(EXACT if r.chart.is_empty else GIVEN)),
-                    mount=self.mount,
-                    calibration=considered,
-                    relocalizer=self._relocalizer(),
-                    **r.options,
-                )
-            except ValueError as error:
-                raise UserError(f"setting of localize: {error}") from error
-        return self.localizer
+def _feed(core: _core.Localize, drive: Drive, vehicle: Vehicle | None, progress: Progress | None) -> None:
+    scans = 0
+    for event in _events(drive, vehicle):
+        if isinstance(event, tuple):
+            core.push_wheels(event[0], list(enumerate(event[1:])))
+        elif isinstance(event, Odometry):
+            core.push_odometry(event.stamp, (event.x, event.y, event.theta))
+        else:
+            core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
+            scans += 1
+            state = core.state() if progress else None
+            if progress and state:
+                progress(scans, state[3]["status"], state[3]["sigma_position"])
 
-    def _relocalizer(self) -> Relocalizer | None:
-        chart = self.request.chart
-        if self.request.options.get("mode") == "dynamic" or (not len(chart.landmarks.seen) and chart.grid is None):
-            return None
-        return Relocalizer(chart.landmarks, chart.grid)
 
-    def result(self, counts: Counter[str]) -> Localized:
-        """Return the value of what was read."""
-        return self.track.result(self.request.chart, counts)
+def _events(drive: Drive, vehicle: Vehicle | None) -> Iterator[LaserScan | Odometry | Reading]:
+    """Yield the messages of a drive, those of the wheels up to the end of a scan before it."""
+    if vehicle is None:
+        yield from drive.events()
+        return
+    stamps, positions = read_wheels(drive.recording, vehicle, drive.skipped)
+    delay = vehicle.parameters["delay"]
+    readings = ((t - delay, 0, (t, a, b)) for t, (a, b) in zip(stamps.tolist(), positions.tolist(), strict=True))
+    scans = ((_end(event), 1, event) for event in drive.events() if isinstance(event, LaserScan))
+    waiting: Iterator[tuple[float, int, LaserScan | Reading]] = heapq.merge(readings, scans, key=_when)
+    yield from (event for _, _, event in waiting)
+
+
+def _when(item: tuple[float, int, object]) -> tuple[float, int]:
+    return item[:2]
+
+
+def _end(scan: LaserScan) -> float:
+    """Return the time of the last beam [s]."""
+    return scan.stamp + max(0.0, (len(scan.ranges) - 1) * scan.geometry.time_increment)
+
+
+def to_localized(found: dict[str, object], chart: Chart) -> Localized:
+    """Return the core's arrays as a value."""
+    r = dict(found)
+    seen = r.pop("seen")
+    told = cast(list[tuple[str, int]], r.pop("counts"))
+    halts = cast(list[tuple[float, float, Pose, float, float, float]], r.pop("halts"))
+    weak = cast(list[tuple[float, float, tuple[float, float], float, str]], r.pop("weak"))
+    return Localized(
+        chart=chart,
+        status=np.array(r.pop("status"), dtype=np.str_),
+        way=cast(Array, r.pop("distance")),
+        halts=tuple(Halt(*row) for row in halts),
+        weak=tuple(Weak(*row) for row in weak),
+        seen=to_landmarks(cast(dict[str, object], seen)) if seen else None,
+        counts={name: float(count) for name, count in told},
+        findings=of_core(cast(list[dict[str, object]], r.pop("findings"))),
+        **cast(dict[str, Array], r),  # type: ignore[arg-type]
+    )

@@ -9,11 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from groma import _core
 from groma.models import LaserScan
 
 Array = NDArray[np.float64]
 Kind = Literal["corner", "reflector"]
 Beams = tuple[float, float, float, float]
+
+_KINDS = np.array(["corner", "reflector"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +132,32 @@ class Observations:
         """Return (N, 8): stamp, range, bearing, covariance row by row, orientation."""
         flat = self.covariance.reshape(-1, 4)
         return np.column_stack([self.stamp, self.range, self.bearing, flat, self.orientation])
+
+
+class Observer:
+    """Observes the corners and reflectors of scans, each at the time of its beam.
+
+    What it keeps for a scanner lasts from scan to scan: use one observer a scanner.
+    """
+
+    def __init__(self) -> None:
+        self._core = _core.Observer()
+
+    def observe(self, scan: LaserScan) -> Observations:
+        """Return the corners of a scan in beam order, then its reflectors."""
+        g = scan.geometry
+        beams = (g.angle_min, g.angle_increment, g.time_increment, g.range_min, g.range_max)
+        rows, reflector, descriptor = self._core.observe(scan.stamp, scan.ranges, scan.intensities, beams)
+        return Observations(
+            stamp=rows[:, 0],
+            range=rows[:, 1],
+            bearing=rows[:, 2],
+            covariance=rows[:, 3:7].reshape(-1, 2, 2),
+            kind=_KINDS[reflector.astype(np.intp)],
+            orientation=rows[:, 7],
+            descriptor=descriptor,
+            landmark=np.full(len(rows), -1),
+        )
 
 
 def beams_of(scan: LaserScan) -> Beams:

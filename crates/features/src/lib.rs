@@ -1,7 +1,7 @@
 //! Natural landmarks of laser scans: where they are, what they look like, which belong together.
 //!
 //! [`falko`] and [`oc`] find corners in one scan, [`bsc`] and [`cgh`] describe them, [`reflector`] finds marks of
-//! reflecting tape, [`glarot`] tells which local maps look alike, [`association`] pairs the landmarks of two maps and finds
+//! reflecting tape, [`marks`] all of them at once, [`glarot`] tells which local maps look alike, [`association`] pairs the landmarks of two maps and finds
 //! the rigid motion between them.
 //!
 //! Source of the family: F. Kallasi, D. L. Rizzini, S. Caselli, "Fast keypoint features from laser scanner for robot
@@ -14,6 +14,7 @@ pub mod cgh;
 pub mod falko;
 pub mod glarot;
 mod keypoint;
+pub mod marks;
 pub mod oc;
 mod options;
 pub mod reflector;

@@ -40,7 +40,8 @@ pub struct Start {
 #[derive(Clone, Debug)]
 pub struct Localizer {
     pub(crate) options: Options,
-    pub(crate) map: StaticMap,
+    /// Shared: the states of a filter that is set back and goes on anew have the same map.
+    pub(crate) map: Arc<StaticMap>,
     pub(crate) mount: Se2,
     pub(crate) joint: Joint,
     pub(crate) memory: Memory,
@@ -74,7 +75,7 @@ impl Localizer {
     /// A setting out of range, a map or a start that cannot be used.
     pub fn new(map: LandmarkMap, start: &Start, options: Options) -> Result<Self, Error> {
         options.validate()?;
-        let map = StaticMap::new(map)?;
+        let map = Arc::new(StaticMap::new(map)?);
         let mount = start.mount.to_vector();
         if !(STAMP.holds(start.stamp) && mount.iter().all(|v| COORDINATE.holds(*v))) {
             return Err(Error::Unusable { what: "the time of the start or the mount of the laser" });
@@ -108,6 +109,13 @@ impl Localizer {
         };
         localizer.judge(&Matrix3::zeros(), 0.0);
         Ok(localizer)
+    }
+
+    /// The same, standing at its start at another time [s]: for one that is made before the first message tells the time.
+    #[must_use]
+    pub fn starting_at(mut self, stamp: f64) -> Self {
+        self.history = History::new(stamp);
+        self
     }
 
     /// Lets the localizer look for its place on a map of its own accord while it is lost.

@@ -78,9 +78,20 @@ impl Survey {
     /// # Errors
     /// When `token` is cancelled.
     pub fn finish(&self, token: &Token) -> Result<(Grid, LandmarkMap), Cancelled> {
-        let poses: Vec<Se2> = self.keyframes.iter().map(|k| k.tracked).collect();
-        let grid = occupancy(&self.keyframes, &poses, self.options.resolution, token)?;
-        Ok((grid, landmarks(&self.keyframes, &poses, &self.covariances, token)?))
+        let grid = occupancy(&self.keyframes, &self.poses(), self.options.resolution, token)?;
+        Ok((grid, self.landmarks(token)?))
+    }
+
+    /// The landmarks seen.
+    ///
+    /// # Errors
+    /// When `token` is cancelled.
+    pub fn landmarks(&self, token: &Token) -> Result<LandmarkMap, Cancelled> {
+        landmarks(&self.keyframes, &self.poses(), &self.covariances, token)
+    }
+
+    fn poses(&self) -> Vec<Se2> {
+        self.keyframes.iter().map(|k| k.tracked).collect()
     }
 }
 

@@ -153,7 +153,7 @@ fn order(cameras: usize, pass: usize) -> Vec<usize> {
 fn motion(from: (f64, f64, f64), to: (f64, f64, f64), noise: &OdometryNoise, draw: &mut Draw) -> Motion {
     let step = Se2::new(from.0, from.1, from.2).between(&Se2::new(to.0, to.1, to.2));
     let sigmas = noise.variances(&step).map(f64::sqrt);
-    let w = Vector3::new(sigmas[0] * draw.normal(), sigmas[1] * draw.normal(), sigmas[5] * draw.normal());
+    let w = Vector3::new(sigmas[0] * draw.normal(), sigmas[1] * draw.normal(), sigmas[2] * draw.normal());
     Motion::default().then(&(step * Se2::exp(w)), noise)
 }
 

@@ -17,7 +17,7 @@
 
 use crate::floor::levelled;
 use crate::measurement::{innovation, jacobians, placed};
-use crate::odometry::lifted;
+use crate::odometry::{lifted, variances};
 use crate::{Error, Floor, OdometryNoise, View};
 use groma_estimation::Udu;
 use groma_estimation::udu::{Real, Rows};
@@ -129,7 +129,7 @@ impl<T: Real> NetworkFilter<T> {
             self.stands = false;
         }
         self.robot = self.robot * lifted(step);
-        self.add_noise(&self.odometry.variances(step).map(f64::sqrt))
+        self.add_noise(&variances(&self.odometry, step).map(f64::sqrt))
     }
 
     /// The robot stops: the floor is uneven in a new way.

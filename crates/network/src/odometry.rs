@@ -1,48 +1,16 @@
-//! How far odometry is to be trusted: a random walk along, across and in heading.
-//!
-//! For a step `u = (dx, dy, 0, 0, 0, dtheta)` of length ds in the body frame, `T' = T Exp(u) Exp(w)`:
-//!
-//! ```text
-//! Q = diag(k_l^2 ds, k_t^2 ds, 0, 0, 0, k_r^2 ds + k_rr^2 |dtheta|)
-//! ```
-//!
-//! Variances grow with the path, so steps may be cut at will, but a step must be short against the turns of the path:
-//! feed the odometry as it comes. Systematic errors (a wrong wheel radius) are beyond it: calibrate the vehicle.
+//! The motions of odometry in space, with the covariance that its noise gives them: `T' = T Exp(u) Exp(w)` for a step
+//! `u = (dx, dy, 0, 0, 0, dtheta)` in the body frame, w with the variances of [`OdometryNoise`], which knows no height, roll
+//! and pitch.
 
 use groma_geometry::{LieGroup, Se2, Se3};
+pub use groma_models::OdometryNoise;
 use nalgebra::{Matrix6, Vector6};
-use serde::{Deserialize, Serialize};
 
-/// Strengths of the random walk.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct OdometryNoise {
-    /// k_l: along the path, per root of a metre [m/sqrt(m)].
-    pub along: f64,
-    /// k_t: across the path, per root of a metre [m/sqrt(m)].
-    pub across: f64,
-    /// k_r: heading, per root of a metre [rad/sqrt(m)].
-    pub heading: f64,
-    /// k_rr: heading, per root of a radian turned [rad/sqrt(rad)].
-    pub turning: f64,
-}
-
-impl Default for OdometryNoise {
-    /// Wheels on a hard floor: 2 cm and 1 cm after a metre, 0.5 degrees after a metre, 1 degree after a right angle.
-    fn default() -> Self {
-        let degree = 1f64.to_radians();
-        Self { along: 0.02, across: 0.01, heading: 0.5 * degree, turning: degree / 90f64.to_radians().sqrt() }
-    }
-}
-
-impl OdometryNoise {
-    /// The variances of w for one step, in the order of the tangent of SE(3).
-    #[must_use]
-    pub fn variances(&self, step: &Se2) -> Vector6<f64> {
-        let (ds, turn) = (step.translation.norm(), step.theta().abs());
-        let heading = self.heading.powi(2) * ds + self.turning.powi(2) * turn;
-        Vector6::new(self.along.powi(2) * ds, self.across.powi(2) * ds, 0.0, 0.0, 0.0, heading)
-    }
+/// The variances of w for one step, in the order of the tangent of SE(3).
+#[must_use]
+pub fn variances(noise: &OdometryNoise, step: &Se2) -> Vector6<f64> {
+    let v = noise.variances(step);
+    Vector6::new(v.x, v.y, 0.0, 0.0, 0.0, v.z)
 }
 
 /// A motion of the plane as one of space.
@@ -75,7 +43,7 @@ impl Motion {
     pub fn then(&self, step: &Se2, noise: &OdometryNoise) -> Self {
         let u = lifted(step);
         let back = u.inverse().adjoint();
-        let covariance = back * self.covariance * back.transpose() + Matrix6::from_diagonal(&noise.variances(step));
+        let covariance = back * self.covariance * back.transpose() + Matrix6::from_diagonal(&variances(noise, step));
         Self { pose: self.pose * u, covariance, length: self.length + step.translation.norm() }
     }
 }

@@ -10,6 +10,7 @@ mod features;
 mod findings;
 mod gate;
 mod localization;
+mod localize;
 mod map_at_poses;
 mod mapping;
 mod network;
@@ -39,6 +40,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     gate::register(m)?;
     token::register(m)?;
     localization::register(m)?;
+    localize::register(m)?;
     map_at_poses::register(m)?;
     mapping::register(m)?;
     network::register(m)?;

@@ -105,8 +105,8 @@ impl Relocalizer {
     }
 }
 
-type Pose = (f64, f64, f64);
-type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+pub(crate) type Pose = (f64, f64, f64);
+pub(crate) type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 /// Pose, covariance, evidence, probability, number of pairs.
 type Place<'py> = (Pose, Matrix<'py>, f64, f64, usize);
 /// Stamp, time between beams, the beams, their ranges.
@@ -215,7 +215,7 @@ fn invalid(error: Error) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-fn matrix<const R: usize, const C: usize>(table: &Table<'_>) -> SMatrix<f64, R, C> {
+pub(crate) fn matrix<const R: usize, const C: usize>(table: &Table<'_>) -> SMatrix<f64, R, C> {
     let view = table.as_array();
     SMatrix::from_fn(|i, j| view.get((i, j)).copied().unwrap_or(f64::NAN))
 }
@@ -229,7 +229,7 @@ fn to_scan(
     gate::scan(stamp, ranges, (angle_min, angle_increment, time_increment, range_min, range_max))
 }
 
-fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> PyResult<Grid> {
+pub(crate) fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> PyResult<Grid> {
     let view = cells.as_array();
     let cell = |v: &i8| match v {
         0 => Cell::Free,
@@ -318,14 +318,17 @@ fn to_dict<'py>(py: Python<'py>, update: &Update) -> PyResult<Bound<'py, PyDict>
     Ok(out)
 }
 
-fn quality<'py>(py: Python<'py>, q: &Quality) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    let status = match q.status {
+pub(crate) fn status(status: Status) -> &'static str {
+    match status {
         Status::Lost => "lost",
         Status::Coasting => "coasting",
         Status::Tracking => "tracking",
-    };
-    out.set_item("status", status)?;
+    }
+}
+
+pub(crate) fn quality<'py>(py: Python<'py>, q: &Quality) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item("status", status(q.status))?;
     for (name, count) in [("observed", q.observed), ("matched", q.matched), ("dof", q.dof)] {
         out.set_item(name, count)?;
     }

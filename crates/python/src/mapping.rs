@@ -148,7 +148,7 @@ fn finished() -> PyErr {
     PyValueError::new_err("this map is finished")
 }
 
-fn poses<'a>(items: impl ExactSizeIterator<Item = &'a Se2>) -> Array2<f64> {
+pub(crate) fn poses<'a>(items: impl ExactSizeIterator<Item = &'a Se2>) -> Array2<f64> {
     let n = items.len();
     let flat: Vec<f64> = items.flat_map(|p| [p.x(), p.y(), p.theta()]).collect();
     Array2::from_shape_vec((n, 3), flat).unwrap_or_default()

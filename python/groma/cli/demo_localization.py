@@ -11,9 +11,9 @@ from groma.io.chart import read_chart
 from groma.io.drive import open_drive
 from groma.io.recording import write_recording
 from groma.io.vehicle_file import read_vehicle, write_vehicle
-from groma.localization import LocalizerOptions, localizer_defaults
+from groma.localization_options import LocalizeOptions
 from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario
-from groma.localize import Request
+from groma.localize import Request, localize_defaults
 from groma.localized import Localized
 from groma.mapper import map_defaults
 from groma.report.localization_report import localization_verdict
@@ -60,8 +60,8 @@ def localize_simulated(whole: Run, recordings: Path, seed: int) -> tuple[Localiz
 def _localize(whole: Run, recordings: Path, chart: Path) -> Localized:
     vehicle = recordings / "vehicle.toml"
     command = shown_command(["localize", "drive.mcap", "--map", chart.name, "--vehicle", vehicle.name])
-    settings = localizer_defaults()
-    request = Request(read_chart(chart), LocalizerOptions(**settings), None, read_vehicle(vehicle))
+    settings = localize_defaults()
+    request = Request(read_chart(chart), LocalizeOptions(**settings), None, read_vehicle(vehicle))
     with Run("localization", "localize", whole.folder / "localization", command=command, within=whole) as run:
         run.settings = {"localize": {**settings, "start": "unknown"}}
         recording = run.open(recordings / "drive.mcap")

@@ -12,8 +12,8 @@ from groma.errors import UserError
 from groma.io.chart import read_chart
 from groma.io.drive import open_drive
 from groma.io.vehicle_file import read_vehicle
-from groma.localization import LocalizerOptions, localizer_defaults
-from groma.localize import Request
+from groma.localization_options import LocalizeOptions
+from groma.localize import Request, localize_defaults
 from groma.localized import Chart
 from groma.mapping import no_landmarks
 from groma.runs.kinds import check_kind, file_in
@@ -66,13 +66,13 @@ def localize(
     config
         TOML with a table [localize], or the run.toml of another run.
     """
-    settings = chosen(dict(localizer_defaults()), config, "localize", {"mode": mode})
+    settings = chosen(dict(localize_defaults()), config, "localize", {"mode": mode})
     pose = _start(start, settings["mode"] == "dynamic" and map_ is None)
     with Run("localization", "localize", output, settings={"localize": {**settings, "start": start}}) as run:
         recording = run.open(file)
         run.inputs |= {"map": map_, "vehicle": vehicle}
         wheels = read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")) if vehicle else None
-        options = LocalizerOptions(**settings)  # type: ignore[typeddict-item]
+        options = LocalizeOptions(**settings)  # type: ignore[typeddict-item]
         request = Request(_chart(map_, str(settings["mode"])), options, pose, wheels)
         drive = open_drive(recording, scans=scans, odometry="none" if wheels else odometry)
         localize_into(run, drive, request)

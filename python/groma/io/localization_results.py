@@ -11,20 +11,17 @@ from groma.io.atomic import write_text
 from groma.io.landmarks import write_landmarks
 from groma.io.trajectory import write_tum
 from groma.localized import Localized
-from groma.mapping import Landmarks
 
 Array = NDArray[np.float64]
 
 
-def save_localized(result: Localized, seen: Landmarks | None, directory: Path) -> None:
+def save_localized(result: Localized, directory: Path) -> None:
     """Write the files of a localized drive; those of poses and landmarks only where a pose was known.
 
     Parameters
     ----------
     result
         The drive; scans at which the pose was not known are left out of the trajectory.
-    seen
-        What was seen on the way, in the frame of the map; None where that is nothing.
     directory
         Exists.
 
@@ -40,8 +37,8 @@ def save_localized(result: Localized, seen: Landmarks | None, directory: Path) -
     write_tum(directory / "trajectory.tum", result.stamps[known], result.poses[known])
     write_text(directory / "covariance.txt", covariance_text(result.stamps[known], result.covariances[known]))
     write_text(directory / "stops.csv", _stops(result))
-    if seen is not None:
-        write_landmarks(directory / "landmarks.json", seen)
+    if result.seen is not None:
+        write_landmarks(directory / "landmarks.json", result.seen)
 
 
 def covariance_text(stamps: Array, covariances: Array) -> str:

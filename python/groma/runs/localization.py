@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from groma.errors import EstimationError
 from groma.io.drive import Drive
 from groma.io.localization_results import save_localized
-from groma.io.trajectory import Trajectory
-from groma.localization_findings import localization_findings
 from groma.localize import Request, localize_drive
 from groma.localized import Localized
-from groma.mapping import Landmarks
 from groma.report.localization_figures import localization_figures
 from groma.report.localization_report import localization_report, localization_verdict
 from groma.runs.run import Run
-from groma.survey import survey
 
 
 def localize_into(run: Run, drive: Drive, request: Request) -> Localized:
@@ -32,21 +27,8 @@ def localize_into(run: Run, drive: Drive, request: Request) -> Localized:
             show(scans, f"{status}, sigma {1000 * sigma:.0f} mm")
 
         result = localize_drive(drive, request, told)
-    run.extend(localization_findings(result))
-    save_localized(result, _seen(drive, result, request), run.folder)
+    run.extend(result.findings)
+    save_localized(result, run.folder)
     headline = f"{localization_verdict(result)}."
     run.finish(localization_figures(result), headline, lambda outcome: localization_report(result, outcome))
     return result
-
-
-def _seen(drive: Drive, result: Localized, request: Request) -> Landmarks | None:
-    """Return what was seen on the way, at the poses found; None where that is nothing."""
-    known = result.status != "lost"
-    if known.sum() < 2:
-        return None
-    trajectory = Trajectory(result.stamps[known], result.poses[known])
-    mount = request.vehicle.laser if request.vehicle else None
-    try:
-        return survey(drive, trajectory, {}, covariances=result.covariances[known], mount=mount).landmarks
-    except EstimationError:
-        return None

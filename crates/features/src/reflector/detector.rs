@@ -40,40 +40,69 @@ const LEAST_SHARE: f64 = 0.6;
 /// ```
 #[must_use]
 pub fn detect(ranges: &[f64], intensities: &[f64], geometry: &BeamGeometry, options: &Options) -> Vec<Reflector> {
-    if intensities.len() != ranges.len() {
-        return Vec::new();
+    let mut found = Vec::new();
+    Detector::new(*geometry, ranges.len(), *options).detect(ranges, intensities, &mut found);
+    found
+}
+
+/// Finds the reflectors of the scans of one scanner; tables and workspace last from scan to scan.
+#[derive(Clone, Debug)]
+pub struct Detector {
+    geometry: BeamGeometry,
+    options: Options,
+    layout: Layout,
+    background: Background,
+    bright: Vec<bool>,
+}
+
+impl Detector {
+    /// A detector for scans of `beams` beams; the options are taken to be valid (see [`Options::validate`]).
+    #[must_use]
+    pub fn new(geometry: BeamGeometry, beams: usize, options: Options) -> Self {
+        let layout = Layout::new(&geometry, beams);
+        Self { geometry, options, layout, background: Background::default(), bright: Vec::new() }
     }
-    let layout = Layout::new(geometry, ranges.len());
-    let hit = |i: usize| geometry.is_hit(ranges[i]);
-    let Some(background) = Background::of((0..layout.beams).filter(|&i| hit(i)).map(|i| (ranges[i], intensities[i])))
-    else {
-        return Vec::new();
-    };
-    let search = Search { ranges, intensities, geometry, options, layout: &layout, background: &background };
-    search.marks()
+
+    /// Replaces `out` by the reflectors of a scan, in beam order; none where a scan has other beams or no intensities.
+    pub fn detect(&mut self, ranges: &[f64], intensities: &[f64], out: &mut Vec<Reflector>) {
+        out.clear();
+        let beams = self.layout.beams;
+        if intensities.len() != ranges.len() || ranges.len() < beams {
+            return;
+        }
+        let echo = |i: usize| self.geometry.is_hit(ranges[i]).then(|| (ranges[i], intensities[i]));
+        if !self.background.learn((0..beams).map(echo)) {
+            return;
+        }
+        let Options { range_min, range_max, contrast, spread_factor, .. } = self.options;
+        let least = contrast.ln().max(spread_factor * self.background.spread());
+        let within = |i: usize| ranges[i] >= range_min && ranges[i] <= range_max;
+        self.bright.clear();
+        self.bright.extend((0..beams).map(|i| within(i) && self.background.excess(i) >= least));
+        let Self { geometry, options, layout, background, bright } = self;
+        Search { ranges, geometry, options, layout, background, bright }.marks(out);
+    }
 }
 
 /// One scan under search.
 struct Search<'a> {
     ranges: &'a [f64],
-    intensities: &'a [f64],
     geometry: &'a BeamGeometry,
     options: &'a Options,
     layout: &'a Layout,
     background: &'a Background,
+    bright: &'a [bool],
 }
 
 impl Search<'_> {
-    fn marks(&self) -> Vec<Reflector> {
+    fn marks(&self, out: &mut Vec<Reflector>) {
         let runs: Vec<Vec<usize>> = self.runs().into_iter().filter(|run| self.is_mark(run)).collect();
         let excesses: Vec<f64> = runs.iter().map(|run| self.excess(run)).collect();
         let brightest = excesses.iter().copied().fold(0.0, f64::max);
         let like_others = |excess: f64| excess >= self.options.peer_share * brightest;
         let seen = runs.iter().zip(&excesses).filter(|(_, excess)| like_others(**excess));
-        let mut marks: Vec<Reflector> =
-            seen.filter_map(|(run, excess)| self.locate(run, *excess, brightest - excess)).collect();
-        marks.sort_by_key(|mark| mark.index);
-        marks
+        out.extend(seen.filter_map(|(run, excess)| self.locate(run, *excess, brightest - excess)));
+        out.sort_by_key(|mark| mark.index);
     }
 
     /// Runs of bright beams of one surface, as positions from the start, which may exceed the last beam of a closed scan.
@@ -92,10 +121,7 @@ impl Search<'_> {
     }
 
     fn is_bright(&self, i: usize) -> bool {
-        let (range, options) = (self.ranges[i], self.options);
-        let within = self.geometry.is_hit(range) && range >= options.range_min && range <= options.range_max;
-        let least = options.contrast.ln().max(options.spread_factor * self.background.spread());
-        within && self.background.excess(range, self.intensities[i]) >= least
+        self.bright[i]
     }
 
     /// Whether bright beam `b` goes on with the surface of bright beam `a` before it.
@@ -110,8 +136,7 @@ impl Search<'_> {
     /// Mean excess of the logarithm of its intensities.
     fn excess(&self, run: &[usize]) -> f64 {
         let n = self.layout.beams;
-        let excess = |&k: &usize| self.background.excess(self.ranges[k % n], self.intensities[k % n]);
-        run.iter().map(excess).sum::<f64>() / run.len() as f64
+        run.iter().map(|k| self.background.excess(k % n)).sum::<f64>() / run.len() as f64
     }
 
     /// Distance of neighbouring beams at a run, across the line of sight [m].

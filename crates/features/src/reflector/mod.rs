@@ -25,7 +25,7 @@ mod options;
 mod shape;
 
 pub use batch::detect_all;
-pub use detector::detect;
+pub use detector::{Detector, detect};
 pub use options::Options;
 
 use nalgebra::{Matrix2, Vector2};

@@ -112,6 +112,9 @@ catalogue! {
         "There is no odometry: motion comes from the scans alone.", "Record odometry or wheels where you can.";
     OdometryJump "odometry-jump" Warning None,
         "The odometry jumps farther than a robot drives.", "Check the odometry; drive that part again.";
+    OdometryLate "odometry-late" Warning None,
+        "Odometry or wheels come later than the scans they cover: poses were extrapolated, then corrected.",
+        "Check the clocks; set a larger lateness in the settings.";
     StampsDisordered "stamps-disordered" Info None,
         "Messages do not come in the order of their stamps; they were put into order.", "";
     StampsLate "stamps-late" Warning None,
