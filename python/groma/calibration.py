@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypedDict, Unpack
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ from groma.calibration_input import Array, blocks, to_readings, to_rows
 from groma.calibration_input import OdometryLog as OdometryLog
 from groma.calibration_input import SensorMotions as SensorMotions
 from groma.calibration_input import from_tuples as from_tuples
-
-_PART = 0.05
-"""Parts of a weak direction below this share of its largest do not count."""
 
 Model = Literal["tricycle", "tricycle-asymmetric", "differential"]
 Free = Literal["wheelbase", "gain", "delay"]
@@ -122,6 +119,10 @@ class VehicleCalibration:
     noise_scale: float
     """Factor on the stated standard deviations that the residuals ask for; 1 where the noise is taken as known, or
     where none was stated."""
+    converged: bool
+    """Whether the estimate came to rest."""
+    observed: NDArray[np.bool_]
+    """(p,) False for a parameter that has a part in a weak direction: neither value nor sigma say anything."""
     interval_dof: int | None
     """Degrees of freedom of intervals; None where the noise is taken as known."""
     correlated: bool
@@ -153,15 +154,6 @@ class VehicleCalibration:
     def parameters(self) -> dict[str, float]:
         """Every parameter, free or fixed, by name."""
         return self.fixed | dict(zip(self.names, self.values.tolist(), strict=True))
-
-    @property
-    def observed(self) -> NDArray[np.bool_]:
-        """(p,) False for a parameter that has a part in a weak direction: neither value nor sigma say anything."""
-        part = np.zeros(len(self.names))
-        for weak in self.weak:
-            part = np.maximum(part, np.abs(weak.direction) / np.abs(weak.direction).max())
-        observed: NDArray[np.bool_] = part <= _PART
-        return observed
 
     def half_widths(self, confidence: float = 0.95, *, simultaneous: bool = False) -> Array:
         """(p,) half-widths of intervals by Student's distribution, infinite for what is not observed.
@@ -220,6 +212,11 @@ def interval_factor(confidence: float, dof: int | None, claims: int = 1) -> floa
     return _core.interval_factor(confidence, dof, claims)
 
 
+def driving_factor(half_width: float, tolerance: float) -> float:
+    """Return how many times the driving so far it takes to bring a half-width to a tolerance, of the same kind."""
+    return _core.driving_factor(half_width, tolerance)
+
+
 def calibrate(
     model: Model | Literal["auto"],
     log: OdometryLog,
@@ -273,12 +270,23 @@ def calibrate(
     coupling = blocks("coupling", motions.coupling, max(len(rows) - 1, 0))
     asked = (None if model == "auto" else model, wheelbase, gain, delay, [str(name) for name in free])
     steered = log.steering is not None
-    found = _core.vehicle_calibrate(time, readings, steered, rows, covariance, coupling, asked, json.dumps(options))
+    return to_calibration(
+        _core.vehicle_calibrate(time, readings, steered, rows, covariance, coupling, asked, json.dumps(options))
+    )
+
+
+def to_calibration(found: dict[str, Any]) -> VehicleCalibration:
+    """Return an estimate of the core as a value."""
     tests = tuple(FitTest(name, value, dof, p, _words(name, p)) for name, value, dof, p in found.pop("tests"))
     weak = tuple(WeakDirection(np.array(direction), words) for direction, words in found.pop("weak"))
     held_out = found.pop("held_out")
     return VehicleCalibration(
-        **found | {"names": tuple(found["names"]), "notes": tuple(found["notes"])},
+        **found
+        | {
+            "names": tuple(found["names"]),
+            "notes": tuple(found["notes"]),
+            "observed": np.array(found["observed"], bool),
+        },
         tests=tests,
         weak=weak,
         held_out=None if held_out is None else HeldOut(*held_out),

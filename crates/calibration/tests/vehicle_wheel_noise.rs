@@ -198,7 +198,7 @@ fn a_steering_error_is_neither_constant_nor_in_blocks() {
 /// The claimed covariance of a motion, and of it with the next, against drives that were drawn.
 #[test]
 fn the_noise_of_the_wheels_is_what_it_scatters() {
-    for (vehicle, path) in [(tricycle(true), 9.0), (tricycle(false), -9.0), (differential(), 5.0)] {
+    for (vehicle, path) in [(bent(), 9.0), (bent(), -9.0), (tricycle(false), 9.0), (differential(), 5.0)] {
         let arc = drives::Arc { steering: 0.5, path };
         let (log, spans) = stop_and_go(&vehicle, &[arc]);
         let noise = WheelNoise { slip: 1e-3, steering: 1e-3, memory: 2.0 };
@@ -224,6 +224,15 @@ fn the_noise_of_the_wheels_is_what_it_scatters() {
             assert!(compare(&at_once) < 0.1, "{at_once} {scatter}");
         }
     }
+}
+
+/// A tricycle whose steering is mounted far off, and not the same way forward and backward.
+fn bent() -> Vehicle {
+    let mut vehicle = tricycle(true);
+    if let Drive::Tricycle(t) = &mut vehicle.drive {
+        (t.offset_forward, t.offset_backward) = (0.4, -0.9);
+    }
+    vehicle
 }
 
 /// All steps as one of constant steering.

@@ -6,8 +6,8 @@
 //! directly, by registering their scans to each other: nothing drifts, however long the way between.
 
 pub mod average;
+pub mod follower;
 pub mod station;
-pub mod stations;
 
+pub use follower::Follower;
 pub use station::{Motion, Station, Verdict};
-pub use stations::Stations;

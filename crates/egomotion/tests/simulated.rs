@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly and tell figures")]
 
-use groma_egomotion::{Motion, Station, Stations, Verdict};
+use groma_egomotion::{Follower, Motion, Station, Verdict};
 use groma_geometry::Se2;
 use groma_models::Token;
 use groma_simulation::calibration::{CalibrationDrive, CalibrationScenario, Drivetrain, Program};
@@ -18,11 +18,12 @@ const TRICYCLE: Drivetrain = Drivetrain::Tricycle {
 
 fn measured(scenario: &CalibrationScenario, stations: Vec<Station>) -> (CalibrationDrive, Vec<Motion>) {
     let drive = simulate_calibration(scenario, &Token::new()).unwrap();
-    let mut follower = Stations::new(stations);
+    let mut follower = Follower::default();
     for scan in &drive.scans {
-        follower.push(scan.clone()).unwrap();
+        let stands = stations.iter().any(|s| s.is_standstill() && s.from <= scan.stamp && scan.stamp < s.to);
+        follower.push(scan.clone(), stands, true).unwrap();
     }
-    let motions = follower.finish();
+    let motions = follower.motions(&stations, &Token::new()).unwrap();
     (drive, motions)
 }
 
@@ -120,5 +121,5 @@ fn what_was_not_seen_is_told() {
         motions.iter().map(|m| m.verdict).collect::<Vec<_>>(),
         [Verdict::Good, Verdict::Unseen, Verdict::Unseen]
     );
-    assert!(Stations::new(vec![]).finish().is_empty());
+    assert!(Follower::default().motions(&[], &Token::new()).unwrap().is_empty());
 }

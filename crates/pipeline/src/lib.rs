@@ -8,6 +8,7 @@
 //! The order of arrival decides, never a clock: the same messages in the same order give the same result, live or from a
 //! file, with any number of threads. No machine looks ahead.
 
+pub mod calibrate;
 pub mod localize;
 pub mod map;
 pub mod map_at_poses;

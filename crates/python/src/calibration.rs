@@ -67,7 +67,7 @@ fn vehicle_calibrate<'py>(
     let request = Request { model: to_model(model.as_deref())?, wheelbase, gain, delay, free: &free };
     let found = interruptible(py, None, None, |token| calibrate(&log, &motions, &request, &options, token))?;
     let found = found.map_err(|e| raise(py, &e))?;
-    to_dict(py, &found, options.noise_known && !options.robust)
+    to_dict(py, &found)
 }
 
 /// The numbers by name, and the motions that were kept.
@@ -142,7 +142,7 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
-fn to_dict<'py>(py: Python<'py>, found: &Calibration, noise_known: bool) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn to_dict<'py>(py: Python<'py>, found: &Calibration) -> PyResult<Bound<'py, PyDict>> {
     let (x, layout, dict) = (found.vehicle.to_full(), &found.layout, PyDict::new(py));
     let fixed = PyDict::new(py);
     let candidates = [("wheelbase", WHEELBASE), ("steering_gain", GAIN), ("delay", DELAY)];
@@ -158,9 +158,11 @@ fn to_dict<'py>(py: Python<'py>, found: &Calibration, noise_known: bool) -> PyRe
     dict.set_item("fixed", fixed)?;
     dict.set_item("chi_square", found.chi_square)?;
     dict.set_item("dof", found.dof)?;
-    dict.set_item("interval_dof", if noise_known { None } else { Some(found.dof) })?;
+    dict.set_item("interval_dof", found.interval_dof)?;
     dict.set_item("noise_scale", found.noise_scale)?;
     dict.set_item("correlated", found.correlated)?;
+    dict.set_item("converged", found.converged)?;
+    dict.set_item("observed", found.observed())?;
     let rows = found.residuals.len();
     dict.set_item("residuals", Array2::from_shape_fn((rows, 3), |(k, c)| found.residuals[k][c]).into_pyarray(py))?;
     dict.set_item("weights", found.weights.clone().into_pyarray(py))?;

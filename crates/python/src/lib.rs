@@ -1,10 +1,10 @@
 //! Bindings of the Rust core: arrays in, arrays out, the GIL released. No logic lives here.
 
+mod calibrate_pipeline;
 mod calibration;
 mod camera;
 mod camera_calibration;
 mod camera_plan;
-mod egomotion;
 mod exploration;
 mod features;
 mod findings;
@@ -32,7 +32,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     camera::register(m)?;
     camera_calibration::register(m)?;
     camera_plan::register(m)?;
-    egomotion::register(m)?;
+    calibrate_pipeline::register(m)?;
     calibration::register(m)?;
     exploration::register(m)?;
     features::register(m)?;

@@ -13,11 +13,18 @@ use pyo3::types::PyList;
 
 pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(read_wheels, m)?)?;
+    m.add_function(wrap_pyfunction!(stamp_disorder, m)?)?;
     m.add_function(wrap_pyfunction!(read_odometry_as_wheels, m)?)
 }
 
 /// Stamps, readings (n, 2), breaks (b, 2), findings.
 type Rows<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyList>);
+
+/// How late the messages of a recorded stream come, at most [s].
+#[pyfunction]
+fn stamp_disorder(stamps: Vec<f64>) -> f64 {
+    disorder(stamps)
+}
 
 /// `table` has stamp, joint (0 or 1) and position a row, in the order of arrival.
 #[pyfunction]

@@ -61,6 +61,36 @@ class Wheels:
     """What was chosen, left out, unrolled, and where the log is broken."""
 
 
+@dataclass(frozen=True, slots=True)
+class WheelChoice:
+    """Which messages of a recording are the readings of the wheels."""
+
+    stream: str
+    kind: Kind
+    """Joints, or odometry of which wheels are made."""
+    joints: tuple[str, ...]
+    """Names of the joints; empty when they are made from odometry."""
+    unit: Unit
+    axle: float
+    """Wheel separation by which odometry was made, where it stands for wheels [m]."""
+    lateness: float
+    """How late readings come, at most [s]."""
+    findings: tuple[Finding, ...]
+    """What was chosen."""
+
+    def positions(self, message: JointState) -> list[tuple[int, float]]:
+        """Return which joint reads what in a message of the stream."""
+        read = zip(message.names, message.positions.tolist(), strict=True)
+        return [(self.joints.index(name), value) for name, value in read if name in self.joints]
+
+
+def choose_wheels(
+    recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = (), axle: float = 1.0
+) -> WheelChoice:
+    """Choose the wheels of a vehicle; parameters and errors as in :func:`read_wheels`."""
+    return _choice(recording, model, stream, joints, axle)[0]
+
+
 def read_wheels(
     recording: Recording, model: Model, *, stream: str | None = None, joints: Sequence[str] = (), axle: float = 1.0
 ) -> Wheels:
@@ -84,18 +114,32 @@ def read_wheels(
     UserError
         When there are no wheels in it, or they cannot be told apart; the message lists what there is.
     """
+    choice, table = _choice(recording, model, stream, joints, axle)
+    if choice.kind is Kind.ODOMETRY:
+        rows = _core.read_odometry_as_wheels(table, axle)
+    else:
+        rows = _core.read_wheels(model != "differential", table)
+    return _wheels(recording, rows, choice.joints, choice.unit, list(choice.findings))
+
+
+def _choice(
+    recording: Recording, model: Model, stream: str | None, joints: Sequence[str], axle: float
+) -> tuple[WheelChoice, Array]:
+    """Return the choice, and the readings as rows: of odometry, or of two joints called 0 and 1."""
     name, kind, found = _stream(recording, model, stream)
     if kind is Kind.ODOMETRY:
         made = f"no joints: wheels made from the odometry {name}, {axle:g} m apart; radii are factors on its wheels"
-        rows = _core.read_odometry_as_wheels(_odometry_table(recording, name), axle)
-        return _wheels(recording, rows, (), "rad", [*found, Finding("wheels-from-odometry", made)])
-    table, names, unit = _joint_table(recording, name)
+        table = _odometry_table(recording, name)
+        found.append(Finding("wheels-from-odometry", made))
+        return WheelChoice(name, kind, (), "rad", axle, _core.stamp_disorder(table[:, 0].tolist()), tuple(found)), table
+    read, names, unit = _joint_table(recording, name)
     chosen = _joints(recording, name, names, model, joints)
     if not joints:
         told = ", ".join(f"{joint} ({what})" for joint, what in zip(chosen, JOINTS[model], strict=True))
         found.append(Finding("joints-chosen", f"joints of {name}: {told}"))
-    rows = _core.read_wheels(model != "differential", _chosen(recording, name, table, [names[n] for n in chosen]))
-    return _wheels(recording, rows, chosen, unit, found)
+    table = _chosen(recording, name, read, [names[n] for n in chosen])
+    lateness = max(_core.stamp_disorder(table[table[:, 1] == joint, 0].tolist()) for joint in (0, 1))
+    return WheelChoice(name, kind, chosen, unit, axle, lateness, tuple(found)), table
 
 
 def steers(recording: Recording, stream: str | None = None, joints: Sequence[str] = ()) -> bool:

@@ -80,7 +80,8 @@ def verdict_words(result: CalibratedVehicle) -> str:
     if found.weak:
         return f"The drive leaves something open: {found.weak[0].words}"
     if not result.tolerances:
-        return f"{held} and where the laser sits"
+        misfit = "; the model does not fit" if misfits(result) else ""
+        return f"{held} and where the laser sits{misfit}"
     if result.verdict.enough:
         met = (
             "the tolerance is met"
@@ -96,19 +97,4 @@ def verdict_words(result: CalibratedVehicle) -> str:
 
 def misfits(result: CalibratedVehicle) -> list[str]:
     """Return what the residuals say against the model, in sentences."""
-    against = [t.words for t in result.found.tests if t.name in ("direction", "speed", "steering") and t.p_value < 0.01]
-    if result.found.noise_scale > _NOISY:
-        against.append(
-            f"residuals are {number(result.found.noise_scale, 1)} times as large as the scans and the usual slip "
-            "explain; the intervals allow for it, but something is not in the model"
-            + (", perhaps a delay: try --free delay" if _may_hide_a_delay(result) else "")
-        )
-    return against
-
-
-def _may_hide_a_delay(result: CalibratedVehicle) -> bool:
-    return result.data.segments.kind == "windows" and "delay" not in result.found.names
-
-
-_NOISY = 2.0
-"""Residuals this much larger than stated are told."""
+    return [finding.text for finding in result.findings if finding.code == "model-misfit"]

@@ -13,7 +13,6 @@ from groma.report.calibration_report import calibration_report
 from groma.report.calibration_words import rows, verdict_words
 from groma.runs.run import Run
 from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged
-from groma.vehicle_findings import vehicle_findings
 
 
 def calibrate_into(run: Run, recording: Recording, request: Request, tolerance: str = "") -> CalibratedVehicle:
@@ -27,11 +26,13 @@ def calibrate_into(run: Run, recording: Recording, request: Request, tolerance: 
     settings = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(request).items()}
     run.settings = {"calibrate": {**settings, "tolerance": tolerance}}
     with run.stage("scans", _count(recording, request.scans)) as show:
-        result = calibrate_vehicle(recording, request, show)
+        result = calibrate_vehicle(recording, request, show, run.token)
     if tolerance:
         values = dict(zip(result.found.names, result.found.values.tolist(), strict=True))
         result = judged(result, amounts(tolerance, values, "--tolerance"))
-    run.extend(vehicle_findings(result))
+    run.extend(result.findings)
+    if not result.found.weak:
+        run.extend(result.vehicle.handedness())
     save_calibration(result, run.folder)
     for line in _table(result):
         run.say(line)

@@ -63,6 +63,10 @@ pub struct Calibration {
     pub dof: usize,
     /// Factor on the stated standard deviations.
     pub noise_scale: f64,
+    /// Degrees of freedom of intervals; nothing where the noise is taken as known.
+    pub interval_dof: Option<usize>,
+    /// Whether the estimate came to rest.
+    pub converged: bool,
     /// Whether neighbouring motions were taken for correlated.
     pub correlated: bool,
     /// Residuals of all motions; NaN for those left out.
@@ -266,6 +270,8 @@ impl Judged {
             chi_square,
             dof,
             noise_scale,
+            interval_dof: (!options.noise_known || options.robust).then_some(dof),
+            converged: self.fit.converged,
             correlated: self.correlated,
             residuals,
             weights,

@@ -7,7 +7,29 @@
 //! with Student's quantile where the scale of the noise is estimated, the normal one where it is known. A claim about
 //! all p parameters at once takes `alpha/p` (Bonferroni).
 
+use super::calibrate::Calibration;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+/// A parameter with a smaller share than this of the largest part of a weak direction has no part in it.
+const PART: f64 = 0.05;
+
+impl Calibration {
+    /// Whether each free parameter is held: has no part in a weak direction.
+    #[must_use]
+    pub fn observed(&self) -> Vec<bool> {
+        let part = |k: usize| self.weak.iter().all(|w| w.direction[k].abs() <= PART * w.direction.amax());
+        (0..self.layout.len()).map(part).collect()
+    }
+
+    /// Half-widths of intervals of the free parameters, each by itself; infinite for what is not held.
+    #[must_use]
+    pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
+        let factor = factor(confidence, self.interval_dof, 1);
+        let width =
+            |(k, held): (usize, bool)| if held { factor * self.covariance[(k, k)].sqrt() } else { f64::INFINITY };
+        self.observed().into_iter().enumerate().map(width).collect()
+    }
+}
 
 /// The factor on a standard deviation: a quantile of Student's distribution, of the normal one without `dof`.
 #[must_use]
