@@ -142,7 +142,7 @@ MISTAKES = {
     "calibrate vehicle {recording} -o {folder}/x --scans /front": "/scan",
     "calibrate vehicle {recording} -o {folder}/x --poses /tracker": "/odom",
     "calibrate vehicle {recording} -o {folder}/x --window 0": "--window",
-    "calibrate vehicle {recording} -o {folder}/x --axle nan": "--axle",
+    "calibrate vehicle {recording} -o {folder}/x --axle nan": "axle",
     "calibrate vehicle {recording} -o {folder}/x --wheelbase 0": "--wheelbase",
     "calibrate vehicle {recording} -o {folder}/x --free mass": "--free mass",
     "calibrate vehicle {recording} -o {folder}/x --wheelbase 1 --free wheelbase": "contradict",

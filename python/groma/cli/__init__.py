@@ -55,7 +55,13 @@ _HELP = {
 
 def build(summaries: bool = False) -> App:
     """Return the commands; with summaries their first lines are looked up for a list of them, without an import."""
-    whole = App(name="groma", help=groma.__doc__, version=groma.__version__, default_parameter=PLAIN)
+    whole = App(
+        name="groma",
+        help=groma.__doc__,
+        version=groma.__version__,
+        default_parameter=PLAIN,
+        suppress_keyboard_interrupt=False,
+    )
     for group, verbs in GROUPS.items():
         parent = App(name=group, help=_HELP[group], default_parameter=PLAIN) if group else whole
         for name, place in verbs.items():

@@ -8,13 +8,12 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from groma.camera_calibration import camera_defaults
 from groma.errors import UserError
 from groma.io.target_file import read_target
 from groma.runs.camera import calibrate_camera_into
 from groma.runs.run import Run
-from groma.settings import Settings, chosen
-from groma.vision import detection_defaults
+from groma.settings import chosen
+from groma.tables import RECORDED, tables
 
 Lens = Literal["pinhole", "radtan", "plumb_bob", "rational", "equidistant"]
 
@@ -53,12 +52,7 @@ def camera(
     """
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name):
         raise UserError(f"--name {name!r}: letters, digits, _ . and - only, for files are named by it")
-    settings = chosen(camera_settings(), config, "camera", {"lens": lens}, recorded=("name", "target"))
+    settings = chosen(tables()["camera"](), config, "camera", {"lens": lens}, RECORDED["camera"])
     panels = read_target(target)
     with Run("camera", "calibrate camera", output) as run:
         calibrate_camera_into(run, images, panels, settings, name)
-
-
-def camera_settings() -> Settings:
-    """Return all settings of `groma calibrate camera` with their defaults."""
-    return {**camera_defaults(), "detection": detection_defaults()}

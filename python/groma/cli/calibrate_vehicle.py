@@ -12,7 +12,9 @@ from groma.calibration import Free
 from groma.errors import UserError
 from groma.io.quantities import amounts
 from groma.runs.run import Run
-from groma.runs.vehicle import calibrate_into
+from groma.runs.vehicle import calibrate_into, request_of
+from groma.settings import chosen
+from groma.tables import tables
 from groma.vehicle import PARAMETERS, Model
 from groma.vehicle_calibration import Request
 
@@ -21,17 +23,18 @@ def vehicle(
     file: Path,
     /,
     *,
-    model: Model | Literal["auto"] = "auto",
+    model: Model | Literal["auto"] | None = None,
     wheelbase: float | None = None,
-    free: str = "",
-    tolerance: str = "",
+    free: str | None = None,
+    tolerance: str | None = None,
     wheels: str | None = None,
-    joints: str = "",
-    axle: float = 1.0,
+    joints: str | None = None,
+    axle: float | None = None,
     scans: str | None = None,
     poses: str | None = None,
     window: float | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    config: Path | None = None,
 ) -> None:
     """Calibrate a vehicle from a recording: wheels, steering, pose of the laser, with honest intervals. No first guess.
 
@@ -44,7 +47,7 @@ def vehicle(
     file
         A recording with wheels (joint states, ticks) and laser scans, or poses of the sensor.
     model
-        What drives; auto: a tricycle where a joint steers, asymmetric where that is significant.
+        What drives; auto, when left out: a tricycle where a joint steers, asymmetric where that is significant.
     wheelbase
         Of a tricycle [m]; estimated when left out.
     free
@@ -56,7 +59,7 @@ def vehicle(
     joints
         Names of the joints, separated by a comma: traction and steering, or left and right.
     axle
-        Wheel separation by which odometry was made, for a recording that has no joints [m].
+        Wheel separation by which odometry was made, for a recording that has no joints [m]; 1 when left out.
     scans
         Name of the scan stream, if there are several.
     poses
@@ -65,11 +68,26 @@ def vehicle(
         Cut the drive into windows so long [s], also where it stops and goes.
     output
         Folder for the results; a new one in results/ when left out.
+    config
+        TOML with a table [calibrate] (groma config prints it) or the run.toml of another run.
     """
-    request = Request(model, wheelbase, _free(free), wheels, _names(joints), axle, scans, poses, window)
-    _check(request, tolerance)
+    options = {
+        "model": model,
+        "wheelbase": wheelbase,
+        "free": None if free is None else list(_free(free)),
+        "wheels": wheels,
+        "joints": None if joints is None else list(_names(joints)),
+        "axle": axle,
+        "scans": scans,
+        "poses": poses,
+        "window": window,
+        "tolerance": tolerance,
+    }
+    settings = chosen(tables()["calibrate"](), config, "calibrate", options)
+    request = request_of(settings)
+    _check(request, str(settings["tolerance"]))
     with Run("vehicle", "calibrate vehicle", output) as run:
-        calibrate_into(run, run.open(file), request, tolerance)
+        calibrate_into(run, run.open(file), request, str(settings["tolerance"]))
 
 
 def _check(request: Request, tolerance: str) -> None:

@@ -12,11 +12,12 @@ from groma.io.recording import open_recording
 from groma.link.collecting import collect, recording_folder
 from groma.link.leading import leaders, tell
 from groma.link.options import Link
-from groma.network import network_defaults
 from groma.runs.network import map_network_into
 from groma.runs.place import check_place
 from groma.runs.record import shown_command
 from groma.runs.run import Run
+from groma.settings import chosen
+from groma.tables import tables
 
 
 def survey(
@@ -28,6 +29,7 @@ def survey(
     drive: Path | None = None,
     building: Path | None = None,
     sigma: float | None = None,
+    config: Path | None = None,
     link: Annotated[Link, Parameter(name="*")] = Link(),  # noqa: B008
 ) -> None:
     """Survey a building's cameras live: announce stops, collect what the cameras saw, record, and map at Ctrl-C.
@@ -55,9 +57,12 @@ def survey(
     sigma
         Also tell at every stop what to drive next before a camera, until its worst pixel has this standard deviation
         [pixel].
+    config
+        TOML with a table [cameras] (groma config prints it) or the run.toml of another run.
     link
         Where to meet.
     """
+    settings = chosen(tables()["cameras"](), config, "cameras", {})
     leading = leaders(open_setup(setup), building, sigma)
     played = None if drive is None else open_recording(drive)
     check_place(output)
@@ -66,4 +71,4 @@ def survey(
     lost = collect(setup, folder, link, leading, played)
     with Run("network", "cameras survey", output, command=shown_command(["cameras", "map", folder.name])) as run:
         run.extend(lost)
-        map_network_into(run, open_network(folder), network_defaults())
+        map_network_into(run, open_network(folder), settings)

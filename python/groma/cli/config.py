@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from groma.camera_calibration import camera_defaults
 from groma.io.toml import to_toml
-from groma.mapper import map_defaults
-from groma.network import network_defaults
-from groma.vision import detection_defaults
+from groma.tables import tables
 
 
 def config() -> None:
-    """Print the defaults of `groma map`, `groma cameras map` and `groma calibrate camera` as TOML."""
-    camera = {**camera_defaults(), "detection": detection_defaults()}
-    print(to_toml({"map": map_defaults(), "cameras": network_defaults(), "camera": camera}), end="")
+    """Print the settings of all commands with their defaults as TOML, a table a command: for --config."""
+    print(to_toml({name: defaults() for name, defaults in tables().items()}), end="")

@@ -13,14 +13,17 @@ from groma.report.feature_report import feature_figures, feature_report, feature
 from groma.report.words import count
 from groma.runs.evaluation import check_recordings, evaluated
 from groma.runs.run import Run
+from groma.settings import chosen
+from groma.tables import tables
 
 
 def features(
     *logs: Path,
     poses: Path | None = None,
-    every: int = 3,
+    every: int | None = None,
     json: bool = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    config: Path | None = None,
 ) -> None:
     """Say how repeatable FALKO corners are, raw and beyond chance, how many there are, and how many are seen only once.
 
@@ -37,19 +40,23 @@ def features(
     poses
         Poses of the vehicle, TUM, for a log whose own odometry drifts.
     every
-        Look at every n-th scan.
+        Look at every n-th scan; every third when left out.
     json
         Print all figures as JSON.
     output
         Folder for figures and a page with the curves; none when left out.
+    config
+        TOML with a table [features] (groma config prints it) or the run.toml of another run.
     """
     check_recordings(logs, poses)
-    if every < 1:
-        raise UserError(f"--every {every}: must be at least 1")
+    settings = chosen(tables()["features"](), config, "features", {"every": every})
+    thinned = int(str(settings["every"]))
+    if thinned < 1:
+        raise UserError(f"--every {thinned}: must be at least 1")
     with Run("evaluation", "evaluate features", output, folder=output is not None) as run:
-        run.settings = {"features": {"every": every}}
-        found = evaluated(run, logs, poses, every, evaluate_features)
+        run.settings = {"features": settings}
+        found = evaluated(run, logs, poses, thinned, evaluate_features)
         run.say(feature_tables(found))
         headline = f"Repeatability of FALKO corners in {count(len(found), 'recording')}."
-        figures = feature_figures(found, every)
-        run.finish(figures, headline, lambda outcome: feature_report(found, every, outcome), as_json=json)
+        figures = feature_figures(found, thinned)
+        run.finish(figures, headline, lambda outcome: feature_report(found, thinned, outcome), as_json=json)

@@ -12,17 +12,20 @@ from groma.camera_plan import DEFAULTS, Stage, Tries, middle_height, mount
 from groma.errors import UserError
 from groma.runs.motions import try_motions_into
 from groma.runs.run import Run
+from groma.settings import Settings, chosen
+from groma.tables import tables
 
 
 def motions(
     *,
-    height: float = 2.0,
-    distance: float = 2.6,
-    runs: int = DEFAULTS.tries.runs,
-    views: int = DEFAULTS.tries.views,
-    seed: int = DEFAULTS.tries.seed,
+    height: float | None = None,
+    distance: float | None = None,
+    runs: int | None = None,
+    views: int | None = None,
+    seed: int | None = None,
     errors: bool = False,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    config: Path | None = None,
 ) -> None:
     """Calibrate a camera by the drives that people use, from corners drawn with noise: what scatters, what is refused.
 
@@ -46,14 +49,23 @@ def motions(
         Also the error study: number of views, tilt, distance, grid, coverage. Takes minutes.
     output
         Folder for the results; a new one in results/ when left out.
+    config
+        TOML with a table [motions] (groma config prints it) or the run.toml of another run.
     """
-    for name, value, least in (("--runs", runs, 2), ("--views", views, 3), ("--seed", seed, 0)):
-        if value < least:
-            raise UserError(f"{name} {value}: must be at least {least}")
-    tries, stage = Tries(runs, views, seed), _stage(height, distance)
-    given = {"height": height, "distance": distance, "runs": runs, "views": views, "seed": seed, "errors": errors}
-    with Run("evaluation", "evaluate motions", output, settings={"motions": given}) as run:
-        try_motions_into(run, stage, distance, tries, errors=errors)
+    options = {"height": height, "distance": distance, "runs": runs, "views": views, "seed": seed}
+    settings = chosen(tables()["motions"](), config, "motions", options | {"errors": errors or None})
+    for name, least in (("runs", 2), ("views", 3), ("seed", 0)):
+        if _whole(settings, name) < least:
+            raise UserError(f"--{name} {settings[name]}: must be at least {least}")
+    tries = Tries(*(_whole(settings, name) for name in ("runs", "views", "seed")))
+    away = float(str(settings["distance"]))
+    stage = _stage(float(str(settings["height"])), away)
+    with Run("evaluation", "evaluate motions", output, settings={"motions": settings}) as run:
+        try_motions_into(run, stage, away, tries, errors=bool(settings["errors"]))
+
+
+def _whole(settings: Settings, name: str) -> int:
+    return int(str(settings[name]))
 
 
 def _stage(height: float, distance: float) -> Stage:

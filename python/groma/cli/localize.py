@@ -13,13 +13,14 @@ from groma.io.chart import read_chart
 from groma.io.drive import open_drive
 from groma.io.vehicle_file import read_vehicle
 from groma.localization_options import LocalizeOptions
-from groma.localize import Request, localize_defaults
+from groma.localize import Request
 from groma.localized import Chart
 from groma.mapping import no_landmarks
 from groma.runs.kinds import check_kind, file_in
 from groma.runs.localization import localize_into
 from groma.runs.run import Run
 from groma.settings import chosen
+from groma.tables import tables
 
 Mode = Literal["static", "dynamic", "mixed", "reflectors"]
 
@@ -30,7 +31,7 @@ def localize(
     *,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     vehicle: Path | None = None,
-    start: str = "unknown",
+    start: str | None = None,
     mode: Mode | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     scans: str | None = None,
@@ -53,7 +54,7 @@ def localize(
     vehicle
         A vehicle.toml of `groma calibrate vehicle`: its wheels and its laser are used instead of the odometry.
     start
-        Where the drive begins in the map: x,y,theta in metres and radians, or unknown to find out.
+        Where the drive begins in the map: x,y,theta in metres and radians, or unknown to find out (the default).
     mode
         Landmarks that hold the pose. static: those of the map. dynamic: corners found on the way. mixed: both.
         reflectors: the reflectors of the map alone. Where landmarks are few, static and mixed keep to the walls too.
@@ -64,17 +65,20 @@ def localize(
     odometry
         Name of the odometry stream, if there are several.
     config
-        TOML with a table [localize], or the run.toml of another run.
+        TOML with a table [localize] (groma config prints it) or the run.toml of another run.
     """
-    settings = chosen(dict(localize_defaults()), config, "localize", {"mode": mode})
-    pose = _start(start, settings["mode"] == "dynamic" and map_ is None)
-    with Run("localization", "localize", output, settings={"localize": {**settings, "start": start}}) as run:
+    given = {"start": start, "scans": scans, "odometry": odometry, "mode": mode}
+    settings = chosen(tables()["localize"](), config, "localize", given)
+    streams = {name: None if settings[name] is None else str(settings[name]) for name in ("scans", "odometry")}
+    pose = _start(str(settings["start"]), settings["mode"] == "dynamic" and map_ is None)
+    with Run("localization", "localize", output, settings={"localize": settings}) as run:
         recording = run.open(file)
         run.inputs |= {"map": map_, "vehicle": vehicle}
         wheels = read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")) if vehicle else None
-        options = LocalizeOptions(**settings)  # type: ignore[typeddict-item]
+        core = {key: value for key, value in settings.items() if key not in ("start", *streams)}
+        options = LocalizeOptions(**core)  # type: ignore[typeddict-item]
         request = Request(_chart(map_, str(settings["mode"])), options, pose, wheels)
-        drive = open_drive(recording, scans=scans, odometry="none" if wheels else odometry)
+        drive = open_drive(recording, scans=streams["scans"], odometry="none" if wheels else streams["odometry"])
         localize_into(run, drive, request)
 
 

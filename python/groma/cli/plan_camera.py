@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from msgspec.structs import replace
 
 from groma.camera_asked import described, mapped, read_seen
 from groma.camera_plan import DEFAULTS, Stage, middle_of_view
@@ -16,6 +15,8 @@ from groma.io.notes import Notes
 from groma.io.target_file import read_target
 from groma.runs.camera_plan import plan_camera_into
 from groma.runs.run import Run
+from groma.settings import chosen
+from groma.tables import RECORDED, search_of, tables
 
 HEIGHT, DOWN = 2.0, 25.0
 """Of a camera whose place is not said [m, deg]."""
@@ -32,12 +33,13 @@ def camera(
     image: tuple[int, int] | None = None,
     focal: float | None = None,
     start: tuple[float, float, float] | None = None,
-    depth: tuple[float, float] = DEFAULTS.search.depth,
-    side: float = DEFAULTS.search.side,
-    sigma: float = DEFAULTS.search.target,
-    lambda_: Annotated[float, Parameter(name="--lambda")] = DEFAULTS.search.lambda_,
+    depth: tuple[float, float] | None = None,
+    side: float | None = None,
+    sigma: float | None = None,
+    lambda_: Annotated[float | None, Parameter(name="--lambda")] = None,
     seen: Path | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    config: Path | None = None,
 ) -> None:
     """Plan the drive of a robot with panels before one camera that makes its calibration as good as wanted.
 
@@ -82,14 +84,17 @@ def camera(
         What the camera saw of the panels since: detections.jsonl of a survey.
     output
         Folder for the results; a new one in results/ when left out.
+    config
+        TOML with a table [plan_camera] (groma config prints it) or the run.toml of another run.
     """
+    given = {"depth": list(depth) if depth else None, "side": side, "sigma": sigma, "lambda": lambda_}
+    search = search_of(chosen(tables()["plan_camera"](), config, "plan_camera", given, RECORDED["plan_camera"]))
     placed = mapped(intrinsics, name, height, down) if intrinsics and intrinsics.suffix == ".json" else None
     asked = placed or described(
         intrinsics, image, focal, HEIGHT if height is None else height, DOWN if down is None else down
     )
     panels = DEFAULTS.target if target is None else read_target(target)
     stage = Stage(asked.mount, asked.camera, panels)
-    search = replace(DEFAULTS.search, target=sigma, depth=depth, side=side, lambda_=lambda_)
     middle = (middle_of_view(stage, search), 0.0, math.pi)
     pose = middle if start is None else on_floor(asked.foot, (*start[:2], math.radians(start[2])))
     with Run("plan", "plan camera", output) as run:

@@ -8,11 +8,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.exploration import Budget, Goal, Lambda, SceneName, Settings, Sigma, StrategyName
+from groma.exploration import Budget, Goal, Lambda, SceneName, Sigma, StrategyName
 from groma.exploration import scene as draw
 from groma.io.building import Building, read_building
 from groma.runs.exploration import plan_into
 from groma.runs.run import Run
+from groma.settings import chosen
+from groma.tables import RECORDED, exploration_of, goal_table, tables
 
 
 def exploration(
@@ -23,13 +25,14 @@ def exploration(
     size: int = 16,
     step: float = 8.0,
     density: float = 0.7,
-    seed: int = 0,
+    seed: int | None = None,
     lambda_: Annotated[float | None, Parameter(name="--lambda")] = None,
     sigma: float | None = None,
     budget: float | None = None,
-    strategy: StrategyName = "survey",
+    strategy: StrategyName | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     frames: bool = False,
+    config: Path | None = None,
 ) -> None:
     """Plan the drive that finds and places the cameras of a building: distance against accuracy.
 
@@ -50,7 +53,7 @@ def exploration(
     density
         Of the scene sparse: share of the ways beyond a tree.
     seed
-        Draws the scene and the noise.
+        Draws the scene and the noise; 0 when left out.
     lambda_
         Metres that one square metre less of summed variance is worth [1/m].
     sigma
@@ -58,19 +61,24 @@ def exploration(
     budget
         Instead: distance to spend [m].
     strategy
-        How to choose where to go on.
+        How to choose where to go on; survey when left out.
     output
         Folder for the results; a new one in results/ when left out.
     frames
         Also write walk.gif, the drive as an animation.
+    config
+        TOML with a table [exploration] (groma config prints it) or the run.toml of another run.
     """
     goal = _goal(lambda_, sigma, budget)
-    building = _building(graph, scene, size=size, step=step, density=density, seed=seed)
-    settings = Settings(strategy=strategy) if goal is None else Settings(strategy=strategy, goal=goal)
-    given = {"scene": scene, "size": size, "step": step, "density": density, "seed": seed} if scene else {"seed": seed}
+    options = {"strategy": strategy, "seed": seed, "goal": None if goal is None else goal_table(goal)}
+    defaults = tables()["exploration"]() | {"goal": None}
+    chosen_ = chosen(defaults, config, "exploration", options, RECORDED["exploration"])
+    settings, drawn = exploration_of(chosen_), int(str(chosen_["seed"]))
+    building = _building(graph, scene, size=size, step=step, density=density, seed=drawn)
+    given = {"scene": scene, "size": size, "step": step, "density": density} if scene else {}
     with Run("plan", "plan exploration", output) as run:
         run.inputs["input"] = graph
-        plan_into(run, building, settings, given, frames=frames)
+        plan_into(run, building, settings, {**given, "seed": drawn}, frames=frames)
 
 
 def _goal(lambda_: float | None, sigma: float | None, budget: float | None) -> Goal | None:

@@ -16,18 +16,20 @@ from groma.io.vehicle_file import read_vehicle
 from groma.runs.kinds import file_in
 from groma.runs.run import Run
 from groma.runs.vehicle_plan import plan_vehicle_into
+from groma.settings import Settings, chosen
+from groma.tables import tables
 from groma.vehicle_plan import Array, PlanLimits, plan_limits, plan_vehicle, thesis_grid
 
 
 def vehicle(
     *,
-    tolerance: str,
+    tolerance: str | None = None,
     vehicle: Annotated[Path | None, Parameter(alias="-v")] = None,
     wheelbase: float | None = None,
     laser: str = "0,0,0",
     floor: str = "",
-    footprint: str = "",
-    free: str = "",
+    footprint: str | None = None,
+    free: str | None = None,
     alpha_min: float | None = None,
     alpha_max: float | None = None,
     beta_max: float | None = None,
@@ -37,6 +39,7 @@ def vehicle(
     overhead: float | None = None,
     nseg: int | None = None,
     output: Annotated[Path | None, Parameter(alias="-o")] = None,
+    config: Path | None = None,
 ) -> None:
     """Plan the arcs that calibrate a vehicle in the least time: a table, plan.csv and plan.png.
 
@@ -76,24 +79,32 @@ def vehicle(
         Lay out the grid of the thesis instead, of so many steering angles.
     output
         Folder for the results; a new one in results/ when left out.
+    config
+        TOML with a table [plan_vehicle] (groma config prints it) or the run.toml of another run.
     """
-    model, parameters = _about(vehicle, wheelbase, laser)
-    wanted = amounts(tolerance, parameters | {"steering_offset": 0.0}, "--tolerance")
-    sigmas = {name: value / interval_factor(0.95, None, 1) for name, value in wanted.items()}
     limits = _limits(alpha_min, alpha_max, beta_max, path_max, speed, acceleration_max, overhead)
-    also = tuple(name.strip() for name in free.split(",") if name.strip())
+    names = None if free is None else [name.strip() for name in free.split(",") if name.strip()]
+    given = {"tolerance": tolerance, "free": names, "footprint": footprint, "nseg": nseg}
+    defaults = tables()["plan_vehicle"]()
+    settings = chosen(defaults | {"turn_max": None}, config, "plan_vehicle", {**limits, **given})
+    if settings["turn_max"] is None:
+        settings["turn_max"] = defaults["turn_max"] if settings["nseg"] is None else math.pi
+    bounds = _checked(settings)
+    model, parameters = _about(vehicle, wheelbase, laser)
+    wanted = amounts(str(settings["tolerance"]), parameters | {"steering_offset": 0.0}, "--tolerance")
+    sigmas = {name: value / interval_factor(0.95, None, 1) for name, value in wanted.items()}
+    also, segments = tuple(map(str, cast(list[str], settings["free"]))), settings["nseg"]
     corners = _floor(floor)
-    with Run("plan", "plan vehicle", output) as run:
+    with Run("plan", "plan vehicle", output, settings={"plan_vehicle": settings}) as run:
         run.inputs["vehicle"] = vehicle
-        given = {"tolerance": tolerance, "free": list(also), "footprint": footprint, "nseg": nseg}
-        run.settings = {"plan_vehicle": {**plan_limits(), **limits, **given}}
         try:
-            if nseg is not None:
-                turn = limits.get("turn_max", math.pi)
-                plan, times = thesis_grid(model, parameters, sigmas, nseg, turn, free=also, **limits)
+            if segments is not None:
+                plan, times = thesis_grid(
+                    model, parameters, sigmas, int(str(segments)), bounds["turn_max"], free=also, **bounds
+                )
                 words = f"drive the grid {times:.2f} times for the tolerances"
             else:
-                front, rear, side = _numbers(footprint or "0,0,0", 3, "--footprint")
+                front, rear, side = _numbers(str(settings["footprint"]) or "0,0,0", 3, "--footprint")
                 outline = (front, rear, side)
                 plan = plan_vehicle(
                     model,
@@ -103,7 +114,7 @@ def vehicle(
                     floor=corners,
                     footprint=outline,
                     token=run.token,
-                    **limits,
+                    **bounds,
                 )
                 words = f"no plan of such arcs takes less than {plan.bound:.0f} s"
         except ValueError as error:
@@ -130,25 +141,29 @@ def _limits(
     speed: float | None,
     acceleration_max: float | None,
     overhead: float | None,
-) -> PlanLimits:
+) -> dict[str, float | None]:
     """Return what was given, in radians."""
-    given = {
-        "angle_min": None if alpha_min is None else math.radians(alpha_min),
-        "angle_max": None if alpha_max is None else math.radians(alpha_max),
-        "turn_max": None if beta_max is None else math.radians(beta_max),
+    angles = {"angle_min": alpha_min, "angle_max": alpha_max, "turn_max": beta_max}
+    return {
+        **{name: None if value is None else math.radians(value) for name, value in angles.items()},
         "path_max": path_max,
         "speed": speed,
         "acceleration_max": acceleration_max,
         "overhead": overhead,
     }
-    limits = {name: value for name, value in given.items() if value is not None}
+
+
+def _checked(settings: Settings) -> PlanLimits:
+    """Return the limits among the settings."""
+    limits = {name: settings[name] for name in plan_limits()}
     for name, value in limits.items():
-        if not (math.isfinite(value) and (value > 0.0 or name == "overhead")):
+        good = isinstance(value, int | float) and math.isfinite(value) and (value > 0.0 or name == "overhead")
+        if not good:
             raise UserError(f"limit {name.replace('_', ' ')}: must be above 0")
-    chosen = plan_limits() | limits
-    if chosen["angle_max"] < chosen["angle_min"]:
+    found = cast(PlanLimits, limits)
+    if found["angle_max"] < found["angle_min"]:
         raise UserError("--alpha-max must not be below --alpha-min")
-    return cast(PlanLimits, limits)
+    return found
 
 
 def _floor(text: str) -> Array | None:

@@ -9,6 +9,8 @@ from cyclopts import Parameter
 
 from groma.runs.promotion import promote_into
 from groma.runs.run import Run
+from groma.settings import chosen
+from groma.tables import tables
 
 
 def promote(
@@ -17,6 +19,7 @@ def promote(
     *drives: Path,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     days: int | None = None,
+    config: Path | None = None,
 ) -> None:
     """Add to a map what several localized drives saw and it lacks: a new map, the old one stays.
 
@@ -32,6 +35,9 @@ def promote(
         Folder for the new map; a new one in results/ when left out.
     days
         On how many of the drives a mark must have been seen; two when left out.
+    config
+        TOML with a table [promote] (groma config prints it) or the run.toml of another run.
     """
+    settings = chosen(tables()["promote"](), config, "promote", {"days": days})
     with Run("promotion", "promote", output) as run:
-        promote_into(run, map_, drives, {} if days is None else {"days": days})
+        promote_into(run, map_, drives, settings)

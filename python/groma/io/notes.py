@@ -1,6 +1,8 @@
 """What a reader met: skipped, malformed, assumed, as findings. Nothing is dropped without being counted.
 
 Counts belong to one pass over a recording; a new pass starts them anew. Assumptions belong to the recording and stay.
+Findings are those of all passes: commands read some streams in one pass and others in the next, and a pass may end
+early. A tag or reason counts as often as in the pass that met it most; malformed records count once each.
 """
 
 from __future__ import annotations
@@ -8,11 +10,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 
 from groma.findings import Finding
 
 KEPT = 5
 """Malformed records that are told one by one; the rest is only counted."""
+MOST = 10_000
+"""Malformed records that are told apart over several passes."""
 
 
 @dataclass(slots=True)
@@ -32,9 +37,18 @@ class Notes:
     """By stream: how many beams too many (or too few) ``angle_max`` counts, where it is more than half a beam."""
     cut: str = ""
     """Where and why reading ended early; empty when the file was read to its end."""
+    _skipped_before: Counter[str] = field(default_factory=Counter)
+    _beams_before: Counter[str] = field(default_factory=Counter)
+    _rejected: dict[str, str] = field(default_factory=dict)
+    """Malformed records of all passes by their place, `MOST` at most."""
+    _most_malformed: int = 0
+    _cut_before: str = ""
 
     def restart(self) -> None:
-        """Forget the counts of the pass before."""
+        """Begin the counts of a new pass."""
+        self._skipped_before |= self.skipped
+        self._beams_before |= self.beams
+        self._cut_before = self.cut or self._cut_before
         self.skipped.clear()
         self.beams.clear()
         self.examples.clear()
@@ -48,6 +62,9 @@ class Notes:
     def reject(self, where: str, reason: str) -> None:
         """Count a malformed record; the first few are kept in words."""
         self.malformed += 1
+        self._most_malformed = max(self._most_malformed, self.malformed)
+        if len(self._rejected) < MOST:
+            self._rejected.setdefault(where, reason)
         if len(self.examples) < KEPT:
             self.examples.append(f"{where}: {reason}")
 
@@ -76,23 +93,23 @@ class Notes:
             yield Finding("beam-count", f"{stream}: {fence_post(excess)}", values={"excess": (excess, "1")})
 
     def _cut(self) -> Iterator[Finding]:
-        if self.cut:
-            yield Finding("recording-cut", self.cut)
+        if cut := self.cut or self._cut_before:
+            yield Finding("recording-cut", cut)
 
     def _skipped(self) -> Iterator[Finding]:
-        if self.skipped:
-            yield _counted("records-skipped", "skipped", self.skipped)
+        if skipped := self.skipped | self._skipped_before:
+            yield _counted("records-skipped", "skipped", skipped)
 
     def _readings(self) -> Iterator[Finding]:
-        if self.beams:
-            yield _counted("readings-invalid", "readings that are no range", self.beams)
+        if beams := self.beams | self._beams_before:
+            yield _counted("readings-invalid", "readings that are no range", beams)
 
     def _bad(self) -> Iterator[Finding]:
-        if self.malformed:
-            told = "; ".join(self.examples)
-            more = f"; and {self.malformed - len(self.examples)} more" if self.malformed > len(self.examples) else ""
-            text = f"{self.malformed} malformed and left out: {told}{more}"
-            yield Finding("records-malformed", text, values={"count": (self.malformed, "1")})
+        if size := max(self._most_malformed, len(self._rejected)):
+            told = [f"{where}: {reason}" for where, reason in islice(self._rejected.items(), KEPT)]
+            more = f"; and {size - len(told)} more" if size > len(told) else ""
+            text = f"{size} malformed and left out: {'; '.join(told)}{more}"
+            yield Finding("records-malformed", text, values={"count": (size, "1")})
 
 
 def _counted(code: str, what: str, counts: Counter[str]) -> Finding:

@@ -13,6 +13,7 @@ from groma.floor import Pose
 from groma.io.camera_drive import write_camera_plan, write_camera_waypoints
 from groma.report.camera_plan_report import camera_plan_report, plan_verdict
 from groma.runs.run import Run
+from groma.tables import search_table
 
 
 def plan_camera_into(
@@ -20,7 +21,7 @@ def plan_camera_into(
 ) -> CameraPlan:
     """Plan a drive and finish the run with it."""
     given = {"mount": list(asked.mount), "start": list(pose), "target": stage.target.json()}
-    run.settings = {"plan_camera": {**_table(search), **given, "camera": asked.camera.json()}}
+    run.settings = {"plan_camera": {**search_table(search), **given, "camera": asked.camera.json()}}
     plan = plan_camera(stage, pose, search, covariance=asked.covariance, seen=seen, token=run.token)
     ranking = ranked(stage, middle_of_view(stage, search), search.noise)
     if not plan.met:
@@ -34,18 +35,6 @@ def plan_camera_into(
     headline = plan_verdict(plan, search)
     run.finish(_figures(plan, ranking), headline, lambda out: camera_plan_report(stage, plan, ranking, search, out))
     return plan
-
-
-def _table(search: Search) -> dict[str, object]:
-    noise = {name: getattr(search.noise, name) for name in ("along", "across", "heading", "turn")}
-    return {
-        "sigma": search.target,
-        "depth": list(search.depth),
-        "side": search.side,
-        "lambda": search.lambda_,
-        "drives": search.drives,
-        "noise": noise,
-    }
 
 
 def _figures(plan: CameraPlan, ranking: tuple[Judged, ...]) -> dict[str, object]:

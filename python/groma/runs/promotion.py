@@ -8,7 +8,7 @@ from pathlib import Path
 
 from groma.errors import UserError
 from groma.io.landmarks import read_landmarks, write_landmarks
-from groma.promotion import promote, promotion_defaults
+from groma.promotion import promote
 from groma.runs.kinds import check_kind
 from groma.runs.run import Run
 
@@ -17,7 +17,7 @@ _OF_MAP = ("map.yaml", "map.pgm")
 """What is carried over from the folder of the map, so that the new one serves as a map too."""
 
 
-def promote_into(run: Run, chart: Path, drives: Sequence[Path], changes: Mapping[str, object]) -> None:
+def promote_into(run: Run, chart: Path, drives: Sequence[Path], settings: Mapping[str, object]) -> None:
     """Promote what was seen on several days and finish the run with the new map.
 
     Parameters
@@ -26,8 +26,8 @@ def promote_into(run: Run, chart: Path, drives: Sequence[Path], changes: Mapping
         Folder of a map, or a landmark map.
     drives
         Folders of localized drives, one a day.
-    changes
-        Settings that differ from :func:`groma.promotion.promotion_defaults`.
+    settings
+        Those of :func:`groma.promotion.promotion_defaults`.
 
     Raises
     ------
@@ -40,7 +40,6 @@ def promote_into(run: Run, chart: Path, drives: Sequence[Path], changes: Mapping
         check_kind(drive, "localization")
         run.inputs[f"drive_{number}"] = drive
     seen = [read_landmarks(_marks(drive, "groma localize")) for drive in drives]
-    settings = promotion_defaults() | dict(changes)
     run.settings = {"promote": settings}
     result = promote(read_landmarks(_marks(chart, "groma map")), seen, settings)
     run.extend(result.findings)

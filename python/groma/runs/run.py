@@ -114,9 +114,11 @@ class Run:
         UserError
             When there can be no folder.
         """
-        self._place = Place(self._output) if self._has_folder else None
-        if self._within is None:
-            self._stack.enter_context(cancelling(self.token))
+        with ExitStack() as stack:
+            if self._within is None:
+                stack.enter_context(cancelling(self.token))
+            self._place = Place(self._output) if self._has_folder else None
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(

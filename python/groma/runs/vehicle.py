@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
+import msgspec
+
+from groma.errors import UserError
 from groma.io.calibration_results import save_calibration
 from groma.io.quantities import amounts
 from groma.io.recording import Recording
@@ -12,6 +15,7 @@ from groma.report.calibration_figures import calibration_figures
 from groma.report.calibration_report import calibration_report
 from groma.report.calibration_words import rows, verdict_words
 from groma.runs.run import Run
+from groma.settings import Settings
 from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged
 
 
@@ -39,6 +43,21 @@ def calibrate_into(run: Run, recording: Recording, request: Request, tolerance: 
     headline = f"{verdict_words(result)}."
     run.finish(calibration_figures(result), headline, lambda outcome: calibration_report(result, outcome))
     return result
+
+
+def request_of(settings: Settings) -> Request:
+    """Return the request of a table [calibrate].
+
+    Raises
+    ------
+    UserError
+        When a value has not the form of an option.
+    """
+    given = {name: value for name, value in settings.items() if name != "tolerance"}
+    try:
+        return msgspec.convert(given, Request)
+    except msgspec.ValidationError as error:
+        raise UserError(f"setting of calibrate: {error}") from error
 
 
 def _count(recording: Recording, scans: str | None) -> int | None:

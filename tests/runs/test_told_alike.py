@@ -1,0 +1,58 @@
+"""What readers find is told alike on standard error, in the report and in metrics.json, by every command that reads."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from html import escape
+from pathlib import Path
+
+import pytest
+
+import groma.cli
+from drives import drive, scene
+from groma.findings import Finding
+from groma.io.csv_log import write
+from groma.models import Transform
+from groma.runs.telling import line
+
+COMMANDS = (
+    "map {file} --resolution 0.2",
+    "localize {file} --mode dynamic",
+    "calibrate vehicle {file} --model differential",
+    "evaluate features {file} --every 2",
+    "evaluate loops {file}",
+)
+EXPECTED = {"recording-cut", "mount-unknown", "records-skipped", "records-malformed"}
+"""The calibration of a vehicle finds where the laser sits itself, so the mounting is not asked for there."""
+KEYS = {"code", "severity", "from_stamp", "to_stamp", "place", "values", "text", "remedy"}
+
+
+@pytest.fixture(scope="module")
+def spoiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A gzipped log without a mounting, with a line of another tool and a malformed one, cut near its end."""
+    folder = tmp_path_factory.mktemp("spoiled")
+    plain, path = folder / "plain.csv", folder / "drive.csv.gz"
+    write(plain, (m for m in drive(scene("rooms", period=0.4), 30.0).messages if not isinstance(m, Transform)))
+
+    head, *rest = plain.read_text().splitlines()
+    text = "\n".join([head, "IMU,0.1,imu,1,2,3", "SCAN,100.0,scan,laser,541,here", *rest]) + "\n"
+    path.write_bytes(gzip.compress(text.encode())[: -len(text) // 40])
+    return path
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_same_list_everywhere(
+    command: str, spoiled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    groma.cli.run([*command.format(file=spoiled).split(), "-o", str(out)])
+    told = capsys.readouterr().err.splitlines()
+    metrics = json.loads((out / "metrics.json").read_text())
+    page = (out / "report.html").read_text()
+    assert told == [line(Finding(f["code"], f["text"])) for f in metrics["findings"]]
+    assert all(set(finding) == KEYS for finding in metrics["findings"])
+    assert all(escape(finding["text"].removesuffix(".")) in page for finding in metrics["findings"])
+    lacking = EXPECTED - {finding["code"] for finding in metrics["findings"]}
+    assert lacking <= ({"mount-unknown"} if command.startswith("calibrate") else set())
+    assert "nothing was left out" not in page
