@@ -15,7 +15,7 @@ import pytest
 
 import groma.cli
 from drives import Array, Driven, drive, mapped, scans, scene
-from groma.io.recording import write_recording
+from groma.io.recording import open_recording, write_recording
 from groma.mapping import MapResult
 from groma.models import LaserScan, Message, Odometry, Transform
 
@@ -80,7 +80,11 @@ def jumping(reading: Odometry) -> Odometry:
 
 
 def sometimes_no_number(reading: Odometry) -> Odometry:
-    return replace(reading, x=math.nan) if round(reading.stamp * 10) % 7 == 0 else reading
+    if round(reading.stamp * 10) % 7:
+        return reading
+    spoiled = replace(reading)
+    object.__setattr__(spoiled, "x", math.nan)  # what no constructor makes, a file may hold
+    return spoiled
 
 
 def in_wrong_order(messages: list[Message]) -> list[Message]:
@@ -141,7 +145,9 @@ def left_out(result: MapResult) -> set[tuple[str, int]]:
 def test_what_was_left_out_is_counted(rooms: Driven, tmp_path: Path) -> None:
     count = len(rooms.truth.stamps)
     path = rooms.write(tmp_path / "a.mcap", each_odometry(sometimes_no_number))
-    assert any(code == "values-invalid" and number > 100 for code, number in left_out(mapped(path)))
+    recording = open_recording(path)
+    assert sum(1 for _ in recording.messages()) > 1000
+    assert recording.notes.malformed > 100
     repeated = left_out(mapped(rooms.write(tmp_path / "b.mcap", twice)))
     assert ("stamps-invalid", count) in repeated
     empty = each_scan(lambda k, scan: with_ranges(scan, np.full(181, math.inf)) if k < 7 else scan)
