@@ -445,6 +445,9 @@ class CameraArrays:
     residual_factor: float
     rms: float
     rms_all: float
+    held_out_rms: float | None
+    tilt_spread: float
+    weak: tuple[list[int], float]
     dof: int
     honesty: float | None
     z_rms: list[float]
@@ -458,6 +461,7 @@ class CameraArrays:
     covariances: NDArray[np.float64]
     residuals: NDArray[np.float64]
     used: list[bool]
+    view_rms: list[float | None]
 
 def camera_calibration_defaults() -> str: ...
 def calibrate_camera(

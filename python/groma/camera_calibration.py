@@ -7,6 +7,7 @@ The estimators are in the core; formulas and assumptions: docs/theory/camera_cal
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -55,12 +56,8 @@ class ViewFit:
     """(k, 2) predicted less seen [pixel]."""
     used: NDArray[np.bool_]
     """(k,) which corners were used."""
-
-    @property
-    def rms(self) -> float:
-        """Root mean square length of the residuals of the corners used [pixel]."""
-        lengths = np.hypot(*self.residuals[self.used].T)
-        return float(np.sqrt(np.mean(lengths**2))) if len(lengths) else float("nan")
+    rms: float
+    """Root mean square length of the residuals of the corners used [pixel]; NaN without any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +75,13 @@ class CameraCalibration:
     """Root mean square length of the residuals of the corners used [pixel]."""
     rms_all: float
     """The same over all corners of the views used [pixel]."""
+    held_out_rms: float | None
+    """The same over the views that took no part [pixel]; None without any."""
+    tilt_spread: float
+    """Largest angle between the panels of two views that took part [rad]."""
+    weak: tuple[tuple[str, ...], float]
+    """The parameters that are known worst in combination, each in units of its own standard deviation, and the share of
+    that combination of their common scatter."""
     dof: int
     honesty: Honesty
     views: tuple[ViewFit, ...]
@@ -218,6 +222,7 @@ def _result(camera: Camera, core: _core.CameraArrays, detections: Sequence[Detec
             taken=core.taken[k],
             residuals=residuals[ends[k] : ends[k + 1]],
             used=used[ends[k] : ends[k + 1]],
+            rms=math.nan if (rms := core.view_rms[k]) is None else rms,
         )
         for k, detection in enumerate(detections)
         if core.known[k]
@@ -229,6 +234,9 @@ def _result(camera: Camera, core: _core.CameraArrays, detections: Sequence[Detec
         residual_factor=core.residual_factor,
         rms=core.rms,
         rms_all=core.rms_all,
+        held_out_rms=core.held_out_rms,
+        tilt_spread=core.tilt_spread,
+        weak=(tuple(camera.names[k] for k in core.weak[0]), core.weak[1]),
         dof=core.dof,
         honesty=Honesty(core.honesty, np.array(core.z_rms), core.projection_rms, core.splits),
         views=tuple(views),

@@ -38,6 +38,9 @@ struct CameraArrays {
     residual_factor: f64,
     rms: f64,
     rms_all: f64,
+    held_out_rms: Option<f64>,
+    tilt_spread: f64,
+    weak: (Vec<usize>, f64),
     dof: usize,
     honesty: Option<f64>,
     z_rms: Vec<f64>,
@@ -51,6 +54,7 @@ struct CameraArrays {
     covariances: Py<PyArray1<f64>>,
     residuals: Py<PyArray1<f64>>,
     used: Vec<bool>,
+    view_rms: Vec<Option<f64>>,
 }
 
 /// Intrinsics from views: `views` is image and number of corners of each; points (N, 3), pixels (N, 2), sigmas (N).
@@ -116,6 +120,9 @@ fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraAr
         residual_factor: found.residual_factor,
         rms: found.rms,
         rms_all: found.rms_all,
+        held_out_rms: found.held_out_rms(),
+        tilt_spread: found.tilt_spread(),
+        weak: found.weak_direction(),
         dof: found.dof,
         honesty: found.honesty.factor,
         z_rms: found.honesty.z_rms.clone(),
@@ -129,6 +136,7 @@ fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraAr
         covariances: matrices(|v| v.covariance),
         residuals: PyArray1::from_iter(py, corners().flat_map(residual)).unbind(),
         used: corners().map(|(known, k)| known.as_ref().is_some_and(|v| v.used[k])).collect(),
+        view_rms: found.views.iter().map(|v| v.as_ref().and_then(ViewResult::rms)).collect(),
     }
 }
 

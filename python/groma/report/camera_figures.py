@@ -36,7 +36,7 @@ def camera_figures(found: CameraCalibration, sightings: Sightings) -> Mapping[st
         "tags_left_out": dict(sightings.left_out),
         "rms_px": found.rms,
         "rms_all_corners_px": found.rms_all,
-        "rms_held_out_px": held_out_rms(found),
+        "rms_held_out_px": found.held_out_rms,
         "residual_factor": found.residual_factor,
         "honesty_factor": found.honesty.factor,
         "honesty_splits": found.honesty.splits,
@@ -45,14 +45,8 @@ def camera_figures(found: CameraCalibration, sightings: Sightings) -> Mapping[st
         "projection_sigma_median_px": float(np.nanmedian(worst)),
         "projection_sigma_worst_px": float(np.nanmax(worst)),
         "coverage": coverage(found),
-        "tilt_spread_deg": float(np.degrees(tilt_spread(found))),
+        "tilt_spread_deg": float(np.degrees(found.tilt_spread)),
     }
-
-
-def held_out_rms(found: CameraCalibration) -> float | None:
-    """Return the root mean square residual of views that took no part [pixel]."""
-    lengths = [np.hypot(*view.residuals[view.used].T) for view in found.views if not view.taken]
-    return float(np.sqrt(np.mean(np.concatenate(lengths) ** 2))) if lengths else None
 
 
 def used_pixels(found: CameraCalibration) -> tuple[Array, Array]:
@@ -68,22 +62,3 @@ def coverage(found: CameraCalibration) -> float:
     cells = np.floor((pixels + 0.5) / [found.camera.width, found.camera.height] * CELLS).astype(np.int64)
     inside = ((cells >= 0) & (cells < CELLS)).all(axis=1)
     return len(np.unique(cells[inside], axis=0)) / (CELLS[0] * CELLS[1])
-
-
-def tilt_spread(found: CameraCalibration) -> float:
-    """Return the largest angle between the panels of two views [rad]."""
-    normals = np.array([view.pose[:3, 2] for view in found.views if view.taken])
-    return float(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0)))
-
-
-def weak_direction(found: CameraCalibration) -> tuple[str, float]:
-    """Return the combination of parameters that is known worst, in words, and its share of their common scatter.
-
-    Each parameter counts in units of its own standard deviation.
-    """
-    sigmas = np.sqrt(np.diag(found.covariance))
-    correlation = found.covariance / np.outer(sigmas, sigmas)
-    values, vectors = np.linalg.eigh(correlation)
-    worst = vectors[:, -1]
-    named = [name for name, share in zip(found.camera.names, worst, strict=True) if abs(share) > 0.4 * abs(worst).max()]
-    return " with ".join(named), float(values[-1] / values.sum())

@@ -11,7 +11,7 @@ from groma.camera_images import Sightings
 from groma.io.kalibr_camchain import holds
 from groma.io.toml import to_toml
 from groma.report import camera_pictures as pictures
-from groma.report.camera_figures import coverage, held_out_rms, tilt_spread, weak_direction
+from groma.report.camera_figures import coverage
 from groma.report.findings_section import findings_section
 from groma.report.page import Html, details, facts, figure, page, section, table, text
 from groma.report.words import count, number, pixels
@@ -75,7 +75,7 @@ def _facts(found: CameraCalibration) -> Html:
             ("views used", str(taken)),
             ("corners used", str(int(sum(view.used.sum() for view in found.views if view.taken)))),
             ("of the image covered", f"{number(100 * coverage(found), 0)}\N{NO-BREAK SPACE}%"),
-            ("panels turned by up to", f"{number(np.degrees(tilt_spread(found)), 0)}°"),
+            ("panels turned by up to", f"{number(np.degrees(found.tilt_spread), 0)}°"),
         ]
     )
 
@@ -123,7 +123,7 @@ def _residuals(found: CameraCalibration) -> Html:
 
 
 def _trust(found: CameraCalibration) -> Html:
-    honesty, (direction, share) = found.honesty, weak_direction(found)
+    honesty, (names, share) = found.honesty, found.weak
     if honesty.factor is None:
         told = (
             "At least six images with the target are needed to compare halves; the claimed covariance stands unchecked."
@@ -135,7 +135,8 @@ def _trust(found: CameraCalibration) -> Html:
             f"{pixels(honesty.projection_rms)} (rms over the image). The covariance to use is the claimed one times "
             f"{number(max(1.0, honesty.factor) ** 2, 2)}."
         )
-    weak = f"Known worst in combination: {direction} ({number(100 * share, 0)} % of the scatter of all parameters)."
+    named, percent = " with ".join(names), number(100 * share, 0)
+    weak = f"Known worst in combination: {named} ({percent} % of the scatter of all parameters)."
     advice = _advice(found)
     return section("May it be believed?", text("p", told), text("p", weak), *([text("p", advice)] if advice else []))
 
@@ -145,7 +146,7 @@ def _advice(found: CameraCalibration) -> str:
     hints = []
     if coverage(found) < 0.6:
         hints.append("let the target be seen all over the image, above all at its corners")
-    if np.degrees(tilt_spread(found)) < 40:
+    if np.degrees(found.tilt_spread) < 40:
         hints.append("tilt it more: 20 to 45 degrees in different directions")
     if (found.honesty.factor or 1.0) > 2:
         hints.append(
@@ -184,7 +185,7 @@ def _view(view: ViewFit, sightings: Sightings) -> list[str]:
 
 def _seen(found: CameraCalibration, sightings: Sightings) -> Html:
     told = [f"{count(len(sightings.names), 'image')} read, {count(len(sightings.empty), 'image')} without the target."]
-    if (rms := held_out_rms(found)) is not None:
+    if (rms := found.held_out_rms) is not None:
         told.append(f"Views that were held out fit to {pixels(rms)} (rms).")
     parts = [text("p", " ".join(told))]
     if sightings.empty:

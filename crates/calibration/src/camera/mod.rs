@@ -11,6 +11,7 @@
 
 mod adjust;
 mod calibrate;
+mod figures;
 mod homography;
 mod honesty;
 mod information;
