@@ -129,7 +129,7 @@ def test_command_and_library_say_the_same_of_a_tricycle(eight_arcs: Path, model:
 def test_command_and_library_say_the_same_of_a_differential_drive(tmp_path: Path) -> None:
     drive = arcs(Differential(), 8)
     write_recording(tmp_path / "arcs.csv", drive)
-    told = _core.dead_reckoning(true_vehicle(drive.scenario).to_json(), drive.readings)
+    told = _core.dead_reckoning(true_vehicle(drive.scenario).to_json(), drive.readings, [])
     poses = dict(zip(drive.wheel_stamps.tolist(), told.tolist(), strict=True))
     made = [Odometry(m.stamp, "odom", *poses[m.stamp]) if isinstance(m, JointState) else m for m in drive]
     write_recording(tmp_path / "odometry.csv", made)
@@ -282,7 +282,7 @@ def test_dead_reckoning_follows_exact_arcs() -> None:
         wheel_period=0.01,
     )
     exact = simulate_calibration(quiet)
-    told = _core.dead_reckoning(true_vehicle(quiet).to_json(), exact.readings)
+    told = _core.dead_reckoning(true_vehicle(quiet).to_json(), exact.readings, [])
     assert np.abs(told[:, :2] - exact.truth[:, :2]).max() < 1e-6
 
 

@@ -13,6 +13,7 @@ from groma.io.counters import Counter
 from groma.io.recording import Recording, open_recording, write_recording
 from groma.io.wheels import Wheels, read_wheels, steers
 from groma.models import JointState, Message, Odometry
+from groma.vehicle import Vehicle
 
 TIMES = np.arange(0, 10, 0.1)
 
@@ -87,6 +88,17 @@ def test_a_reset_and_a_gap_break_the_log(tmp_path: Path) -> None:
     read = read_wheels(recording(tmp_path, messages), "differential")
     assert np.allclose(read.breaks, [[4.9, 5.0], [7.0, 9.0]])
     assert found(read) == {"wheels-leap": 1, "wheels-gap": 1}
+
+
+def test_odometry_stands_still_across_a_reset(tmp_path: Path) -> None:
+    counts = np.where(TIMES < 4.95, 100 + TIMES, TIMES - 5.0)
+    messages = [joints(t, ("left", "right"), c, c) for t, c in zip(TIMES, counts, strict=True)]
+    read = read_wheels(recording(tmp_path, messages), "differential")
+    common = dict.fromkeys(("laser_x", "laser_y", "laser_yaw", "delay"), 0.0)
+    cart = Vehicle("differential", {"left_radius": 0.1, "right_radius": 0.1, "axle": 0.5, **common})
+    along = read.dead_reckoning(cart)[:, 0]
+    assert along[-1] == pytest.approx(0.1 * (len(TIMES) - 2) * 0.1)
+    assert np.diff(along).max() == pytest.approx(0.01)
 
 
 def test_speeds_alone_are_refused_in_one_line(tmp_path: Path) -> None:

@@ -122,16 +122,19 @@ impl Vehicle {
     }
 
     /// The poses that readings of the wheels tell, on exact arcs from one to the next: x, y [m] and heading [rad], turns
-    /// counted. The first is zero; scanners and delay have no part in it.
+    /// counted. The first is zero; scanners and delay have no part in it. Where `is_broken` says so of a reading (by its
+    /// index), it does not hang together with the one before: the vehicle stays where it was.
     #[must_use]
-    pub fn dead_reckoning(&self, readings: &[Vector2<f64>]) -> Vec<Vector3<f64>> {
+    pub fn dead_reckoning(&self, readings: &[Vector2<f64>], is_broken: impl Fn(usize) -> bool) -> Vec<Vector3<f64>> {
         let kind = self.wheels();
         let (mut pose, mut heading) = (Se2::IDENTITY, 0.0);
         let mut poses = vec![Vector3::zeros()];
-        for pair in readings.windows(2) {
-            let step = self.drive().path_and_turn(kind.input(pair[0], pair[1]));
-            pose = pose * arc(step);
-            heading += step.y;
+        for (k, pair) in readings.windows(2).enumerate() {
+            if !is_broken(k + 1) {
+                let step = self.drive().path_and_turn(kind.input(pair[0], pair[1]));
+                pose = pose * arc(step);
+                heading += step.y;
+            }
             poses.push(Vector3::new(pose.x(), pose.y(), heading));
         }
         poses.truncate(readings.len());
@@ -244,7 +247,7 @@ mod tests {
 
     fn told(drive: Drive, readings: &[(f64, f64)]) -> Vec<Vector3<f64>> {
         let readings: Vec<_> = readings.iter().map(|(a, b)| Vector2::new(*a, *b)).collect();
-        Vehicle::new(drive, Vec::new(), 0.3).unwrap().dead_reckoning(&readings)
+        Vehicle::new(drive, Vec::new(), 0.3).unwrap().dead_reckoning(&readings, |_| false)
     }
 
     /// Readings of a tricycle whose steering is held, in steps of a tenth of a radian of the wheel.
@@ -298,6 +301,15 @@ mod tests {
         let millimetres = Drive::Differential(Differential { left: 100.0, right: 100.0, axle: 500.0 });
         assert!((told(millimetres, &readings(20.0, 30.0))[100].x - 1000.0 * end.x).abs() < 1e-6);
         assert!(told(drive, &[]).is_empty() && told(drive, &[(1.0, 2.0)]) == [Vector3::zeros()]);
+    }
+
+    #[test]
+    fn a_reset_counter_moves_nothing() {
+        let drive = Drive::Differential(Differential { left: 0.1, right: 0.1, axle: 0.5 });
+        let readings = [100.0, 101.0, 102.0, 0.0, 1.0].map(Vector2::repeat);
+        let poses = Vehicle::new(drive, Vec::new(), 0.0).unwrap().dead_reckoning(&readings, |k| k == 3);
+        let along: Vec<f64> = poses.iter().map(|p| p.x).collect();
+        assert!(along.iter().zip([0.0, 0.1, 0.2, 0.2, 0.3]).all(|(a, b)| (a - b).abs() < 1e-12), "{along:?}");
     }
 
     #[test]

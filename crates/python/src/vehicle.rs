@@ -35,15 +35,17 @@ fn vehicle_handedness<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, P
     to_list(py, &to_vehicle(json)?.handedness())
 }
 
-/// The poses (n, 3) that readings (n, 2) of the wheels tell: x, y [m], heading with turns counted [rad].
+/// The poses (n, 3) that readings (n, 2) of the wheels tell: x, y [m], heading with turns counted [rad]. `broken` are the
+/// readings that do not hang together with the one before.
 #[pyfunction]
 fn dead_reckoning<'py>(
     py: Python<'py>,
     vehicle: &str,
     readings: PyReadonlyArray2<'py, f64>,
+    broken: Vec<usize>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let readings: Vec<_> = readings.as_array().rows().into_iter().map(|r| Vector2::new(r[0], r[1])).collect();
-    let poses = to_vehicle(vehicle)?.dead_reckoning(&readings);
+    let poses = to_vehicle(vehicle)?.dead_reckoning(&readings, |k| broken.binary_search(&k).is_ok());
     Ok(Array2::from_shape_fn((poses.len(), 3), |(k, c)| poses[k][c]).into_pyarray(py))
 }
 

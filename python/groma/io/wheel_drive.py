@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from groma import _core
 from groma.errors import UserError
 from groma.io.drive import Drive, open_drive
 from groma.io.recording import Recording
@@ -69,7 +68,7 @@ def open_wheel_drive(recording: Recording, vehicle: Vehicle, *, scans: str | Non
             f"{recording.path}: its wheels are read in {wheels.unit}, those of the vehicle in {vehicle.unit}"
         )
     stamps = wheels.time - vehicle.parameters["delay"]
-    poses = _core.dead_reckoning(vehicle.to_json(), wheels.readings)
+    poses = wheels.dead_reckoning(vehicle)
     x, y, yaw = vehicle.laser
     return WheelDrive(
         recording,

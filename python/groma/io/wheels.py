@@ -26,7 +26,7 @@ from groma.findings import Finding, of_core
 from groma.io.recording import Recording
 from groma.io.streams import Kind
 from groma.models import JointState, Odometry
-from groma.vehicle import JOINTS, Model, Unit
+from groma.vehicle import JOINTS, Model, Unit, Vehicle
 
 Array = NDArray[np.float64]
 
@@ -59,6 +59,14 @@ class Wheels:
     """(b, 2) times between which the readings do not hang together [s]."""
     findings: tuple[Finding, ...] = ()
     """What was chosen, left out, unrolled, and where the log is broken."""
+
+    def dead_reckoning(self, vehicle: Vehicle) -> Array:
+        """Return the poses (n, 3) that the readings tell: x, y [m], heading with turns counted [rad].
+
+        The first is zero; across a break the vehicle stays where it was.
+        """
+        broken: list[int] = np.searchsorted(self.time, self.breaks[:, 1]).tolist()
+        return _core.dead_reckoning(vehicle.to_json(), self.readings, broken)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from groma import _core
 from groma.calibration import SensorMotions
 from groma.evaluation.se2 import compose
 from groma.vehicle import Vehicle
@@ -68,7 +67,7 @@ _DENSE = 0.1
 def _base_at(result: CalibratedVehicle, scan_times: Array) -> Array:
     """Return pose of the base and its signed way (m, 4) by the wheels at times of scans."""
     vehicle, wheels = result.vehicle, result.data.wheels
-    poses = _core.dead_reckoning(vehicle.to_json(), wheels.readings)
+    poses = wheels.dead_reckoning(vehicle)
     step = np.diff(poses, axis=0)
     middle = poses[:-1, 2] + step[:, 2] / 2
     way = np.concatenate([[0.0], np.cumsum(step[:, 0] * np.cos(middle) + step[:, 1] * np.sin(middle))])
