@@ -95,16 +95,19 @@ def read_posed_scans(recording: Recording, poses: Path | None, every: int) -> Po
 
 
 def _gathered(drive: Drive, every: int) -> tuple[list[LaserScan], int, Trajectory | None]:
-    """Return every n-th scan, the number of all, and the odometry."""
-    scans: list[LaserScan] = []
-    total = 0
+    """Return every n-th scan, the number of all, and the odometry; in order of time, whatever that of the file."""
+    stamps = sorted({event.stamp for event in drive.events() if isinstance(event, LaserScan)})
+    wanted = set(stamps[::every])
+    scans: dict[float, LaserScan] = {}
     rows: list[tuple[float, float, float, float]] = []
     for event in drive.events():
         if isinstance(event, Odometry):
             rows.append((event.stamp, event.x, event.y, event.theta))
-            continue
-        if total % every == 0:
-            scans.append(event)
-        total += 1
+        elif event.stamp in wanted:
+            scans.setdefault(event.stamp, event)
+    kept = [scans[stamp] for stamp in sorted(scans)]
+    if not rows:
+        return kept, len(stamps), None
     table = np.array(rows)
-    return scans, total, Trajectory(table[:, 0], table[:, 1:]) if rows else None
+    _, first = np.unique(table[:, 0], return_index=True)
+    return kept, len(stamps), Trajectory(table[first, 0], table[first, 1:])
