@@ -51,7 +51,7 @@ def tables() -> dict[str, Callable[[], Settings]]:
 
 
 def _localize() -> Settings:
-    return {"start": "unknown", "scans": None, "odometry": None, **localize_defaults()}
+    return {"start": "unknown", "scan_stream": None, "odometry_stream": None, **localize_defaults()}
 
 
 def _calibrate() -> Settings:

@@ -23,6 +23,8 @@ from groma.settings import chosen
 from groma.tables import tables
 
 Mode = Literal["static", "dynamic", "mixed", "reflectors"]
+_STREAMS = ("scan_stream", "odometry_stream")
+"""Settings that the core does not know: which streams are read."""
 
 
 def localize(
@@ -67,9 +69,9 @@ def localize(
     config
         TOML with a table [localize] (groma config prints it) or the run.toml of another run.
     """
-    given = {"start": start, "scans": scans, "odometry": odometry, "mode": mode}
+    given = {"start": start, "scan_stream": scans, "odometry_stream": odometry, "mode": mode}
     settings = chosen(tables()["localize"](), config, "localize", given)
-    streams = {name: None if settings[name] is None else str(settings[name]) for name in ("scans", "odometry")}
+    streams = {name: None if settings[name] is None else str(settings[name]) for name in _STREAMS}
     pose = _start(str(settings["start"]), settings["mode"] == "dynamic" and map_ is None)
     with Run("localization", "localize", output, settings={"localize": settings}) as run:
         recording = run.open(file)
@@ -78,7 +80,9 @@ def localize(
         core = {key: value for key, value in settings.items() if key not in ("start", *streams)}
         options = LocalizeOptions(**core)  # type: ignore[typeddict-item]
         request = Request(_chart(map_, str(settings["mode"])), options, pose, wheels)
-        drive = open_drive(recording, scans=streams["scans"], odometry="none" if wheels else streams["odometry"])
+        drive = open_drive(
+            recording, scans=streams["scan_stream"], odometry="none" if wheels else streams["odometry_stream"]
+        )
         localize_into(run, drive, request)
 
 
