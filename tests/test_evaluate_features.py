@@ -219,15 +219,6 @@ def _without_first_beams(scan: LaserScan, count: int) -> LaserScan:
     return replace(scan, geometry=replace(scan.geometry, angle_min=first), ranges=scan.ranges[count:])
 
 
-@pytest.mark.parametrize("step", [0.0, math.nan])
-def test_a_scan_whose_beams_point_nowhere_sees_nothing(step: float) -> None:
-    scans = drive(polygon(ROOM), line(3, 0.4))
-    nowhere = replace(scans.scans[1], geometry=replace(GEOMETRY, angle_increment=step))
-    found = evaluate_features(PosedScans("room", "truth", [scans.scans[0], nowhere, scans.scans[2]], scans.poses, 3, 0))
-    assert found.forward.pairs == 3
-    assert found.forward.raw(0.1) == 1
-
-
 def recorded(path: Path, poses: Array, odometry: bool = True, walls: Array | None = None) -> Path:
     """Write a drive through a room as a recording."""
     messages: list[Message] = []
