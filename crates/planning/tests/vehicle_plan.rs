@@ -156,6 +156,8 @@ fn wishes_without_sense_are_refused() {
         assert_eq!(plan(&request(&layout, &sigmas, Limits::default()), &Token::new()).unwrap_err(), Error::Sigma);
     }
     let sigmas = SIGMAS.map(Some);
-    let short = Limits { path_max: 0.0, ..Limits::default() };
+    let none = Limits { path_max: 0.0, ..Limits::default() };
+    assert!(matches!(plan(&request(&layout, &sigmas, none), &Token::new()).unwrap_err(), Error::Number(_)));
+    let short = Limits { path_max: 0.001, ..Limits::default() };
     assert_eq!(plan(&request(&layout, &sigmas, short), &Token::new()).unwrap_err(), Error::NoArcs);
 }
