@@ -19,7 +19,7 @@ from groma import _core
 from groma.errors import EstimationError, UserError
 from groma.findings import of_core
 from groma.io.drive import Drive
-from groma.io.wheel_readings import read_wheels
+from groma.io.wheels import joint_readings
 from groma.localization import Pose
 from groma.localization_options import LocalizeOptions
 from groma.localized import Chart, Halt, Localized, Weak
@@ -31,8 +31,8 @@ from groma.vehicle import Vehicle
 Array = NDArray[np.float64]
 Progress = Callable[[int, str, float], None]
 """Called with scans read, status and standard deviation of the position [m]."""
-Reading = tuple[float, float, float]
-"""Stamp [s] and positions of both joints."""
+Reading = tuple[float, int, float]
+"""Stamp [s], joint and its position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ def _feed(core: _core.Localize, drive: Drive, vehicle: Vehicle | None, progress:
     scans = 0
     for event in _events(drive, vehicle):
         if isinstance(event, tuple):
-            core.push_wheels(event[0], list(enumerate(event[1:])))
+            core.push_wheels(event[0], [event[1:]])
         elif isinstance(event, Odometry):
             core.push_odometry(event.stamp, (event.x, event.y, event.theta))
         else:
@@ -131,9 +131,12 @@ def _events(drive: Drive, vehicle: Vehicle | None) -> Iterator[LaserScan | Odome
     if vehicle is None:
         yield from drive.events()
         return
-    stamps, positions = read_wheels(drive.recording, vehicle, drive.skipped)
+    table, found = joint_readings(drive.recording, vehicle)
+    drive.notes.extend(found)
+    whole = np.isfinite(table).all(axis=1)
+    drive.skipped["readings of the wheels that are no number"] += int((~whole).sum())
     delay = vehicle.parameters["delay"]
-    readings = ((t - delay, 0, (t, a, b)) for t, (a, b) in zip(stamps.tolist(), positions.tolist(), strict=True))
+    readings = ((t - delay, 0, (t, int(joint), position)) for t, joint, position in table[whole].tolist())
     scans = ((_end(event), 1, event) for event in drive.events() if isinstance(event, LaserScan))
     waiting: Iterator[tuple[float, int, LaserScan | Reading]] = heapq.merge(readings, scans, key=_when)
     yield from (event for _, _, event in waiting)

@@ -160,6 +160,13 @@ mod tests {
     }
 
     #[test]
+    fn a_wheel_that_gathers_speed_is_followed_beyond_half_a_turn_a_reading() {
+        let steps = (0..60).map(|k| (0.2 * f64::from(k)).min(4.0));
+        let truth: Vec<f64> = steps.scan(0.0, |x, s| Some(std::mem::replace(x, *x + s))).collect();
+        assert!(same_steps(&unrolled(&truth, wrap), &truth));
+    }
+
+    #[test]
     fn a_counter_reset_to_zero_does_not_wrap() {
         let truth: Vec<f64> =
             (0..100).map(|k| if k < 50 { 70.0 + 0.1 * f64::from(k) } else { 0.1 * f64::from(k - 50) }).collect();

@@ -72,6 +72,13 @@ fn a_steering_angle_takes_the_short_way_round() {
 }
 
 #[test]
+fn a_steering_of_its_own_rate_takes_the_short_way_round() {
+    let messages = [one(0.0, 1, 3.1), one(0.1, 0, 1.0), one(0.2, 1, -3.1)];
+    let (rows, _) = rows(WheelKind::Steered, &messages);
+    assert!(wrap(rows[0].reading.y - std::f64::consts::PI).abs() < 1e-9, "{:?}", rows[0]);
+}
+
+#[test]
 fn a_joint_of_its_own_rate_is_interpolated_when_it_has_come() {
     let mut reader = WheelReader::new(WheelKind::Differential);
     assert!(reader.push(&one(0.00, 1, 0.0)).is_empty());
