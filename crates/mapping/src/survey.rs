@@ -95,7 +95,9 @@ impl Survey {
     }
 }
 
-fn has_moved(from: &Se2, to: &Se2) -> bool {
+/// Whether a scan at a pose brings something new after one at another.
+#[must_use]
+pub fn has_moved(from: &Se2, to: &Se2) -> bool {
     let step = from.between(to);
     step.translation.norm() >= STEP || step.theta().abs() >= TURN
 }

@@ -1,6 +1,6 @@
 //! How bright diffuse surfaces are in a scan, against range.
 //!
-//! The hits with a positive intensity are sorted by range and cut into groups of equal size; of each group counts the
+//! The hits with a positive intensity (of many, every so many) are cut by range into groups of equal size; of each group counts the
 //! median of the logarithms at the median of the ranges. A group may be full of one large reflector close by, so the
 //! level of a group is the median of its own and its neighbours'. Between groups the level is interpolated over ln r,
 //! beyond the first and last it stays. The spread is the upper quartile of all logarithms above their level: diffuse
@@ -11,43 +11,41 @@ const MOST_GROUPS: usize = 12;
 /// Hits of a group, at least.
 const LEAST_HITS: usize = 16;
 
-/// Level and spread of the diffuse echoes of one scan, and by how much each echo exceeds the level.
+/// Level and spread of the diffuse echoes of one scan.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Background {
     /// ln range and ln intensity of the groups, by range.
     levels: Vec<(f64, f64)>,
     spread: f64,
-    /// Of every beam; minus infinity where there is no echo.
-    excesses: Vec<f64>,
-    /// Bits of the range, which rise with it, and ln intensity of what counts for the level.
-    lit: Vec<(u64, f64)>,
+    /// Ranges of the groups, and below which intensity nothing is bright before the first, between two and after the last.
+    ranges: Vec<f64>,
+    dark: Vec<f64>,
+    /// Range and ln intensity of what counts for the level.
+    lit: Vec<(f64, f64)>,
     work: Vec<f64>,
 }
 
 impl Background {
-    /// Takes a scan; false where too few echoes have an intensity. `echoes` are range and intensity of every beam, none where
-    /// there is no hit.
-    pub fn learn(&mut self, echoes: impl Iterator<Item = Option<(f64, f64)>> + Clone) -> bool {
+    /// Takes a scan; false where too few echoes have an intensity. `echoes` are range and intensity of every hit.
+    pub fn learn(&mut self, echoes: impl Iterator<Item = (f64, f64)>) -> bool {
         let counts = |&(r, i): &(f64, f64)| r > 0.0 && i > 0.0 && i.is_finite();
         self.lit.clear();
-        self.lit.extend(echoes.clone().flatten().filter(counts).map(|(r, i)| (r.to_bits(), i.ln())));
+        self.lit.extend(echoes.filter(counts));
         if self.lit.len() < LEAST_HITS {
             return false;
         }
+        self.thin();
+        self.lit.iter_mut().for_each(|echo| echo.1 = echo.1.ln());
         self.find_levels();
-        let level = |r: f64| level(&self.levels, r.ln());
-        let excess = |(r, i): (f64, f64)| if i > 0.0 { i.ln() - level(r) } else { f64::NEG_INFINITY };
-        self.excesses.clear();
-        self.excesses.extend(echoes.map(|echo| echo.map_or(f64::NEG_INFINITY, excess)));
         self.work.clear();
-        self.work.extend(self.excesses.iter().filter(|e| e.is_finite()));
+        self.work.extend(self.lit.iter().map(|(r, i)| i - level(&self.levels, r.ln())));
         self.spread = quantile(&mut self.work, 0.75).max(0.0);
         true
     }
 
-    /// By how much the logarithm of the intensity of a beam exceeds what a diffuse surface sends back.
-    pub fn excess(&self, beam: usize) -> f64 {
-        self.excesses[beam]
+    /// By how much the logarithm of an intensity at `range` exceeds what a diffuse surface sends back.
+    pub fn excess(&self, range: f64, intensity: f64) -> f64 {
+        if intensity > 0.0 { intensity.ln() - level(&self.levels, range.ln()) } else { f64::NEG_INFINITY }
     }
 
     /// How far diffuse surfaces differ upwards (upper quartile of the logarithm).
@@ -55,19 +53,61 @@ impl Background {
         self.spread
     }
 
+    /// Prepares [`Self::may_exceed`] for an excess.
+    pub fn expect(&mut self, least: f64) {
+        let level = |k: usize| self.levels.get(k).map_or(f64::INFINITY, |l| l.1);
+        self.ranges.clear();
+        self.ranges.extend(self.levels.iter().map(|l| l.0.exp() * (1.0 - 1e-9)));
+        self.dark.clear();
+        let between = |k: usize| k.checked_sub(1).map_or(f64::INFINITY, level).min(level(k));
+        let lowest = |k: usize| between(k).min(k.checked_sub(1).map_or(f64::INFINITY, between));
+        self.dark.extend((0..=self.levels.len()).map(|k| (lowest(k) + least).exp() * (1.0 - 1e-9)));
+    }
+
+    /// Whether an echo may be as bright as expected: a bound that needs no logarithm.
+    pub fn may_exceed(&self, range: f64, intensity: f64) -> bool {
+        let group = self.ranges.iter().filter(|r| **r <= range).count();
+        intensity >= self.dark[group]
+    }
+
+    /// Of many echoes every so many tell as much.
+    fn thin(&mut self) {
+        let stride = (self.lit.len() / (2 * MOST_GROUPS * LEAST_HITS)).max(1);
+        let kept = self.lit.len().div_ceil(stride);
+        (0..kept).for_each(|k| self.lit[k] = self.lit[k * stride]);
+        self.lit.truncate(kept);
+    }
+
     fn find_levels(&mut self) {
         let Self { lit, work, levels, .. } = self;
-        lit.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let groups = (lit.len() / LEAST_HITS).min(MOST_GROUPS);
-        let median = |g: usize| {
-            let group = &lit[g * lit.len() / groups..(g + 1) * lit.len() / groups];
+        let count = lit.len();
+        let bounds: Vec<usize> = (1..groups).map(|g| g * count / groups).collect();
+        split(lit, &bounds, 0);
+        let mut median = |g: usize| {
+            let group = &mut lit[g * count / groups..(g + 1) * count / groups];
             work.clear();
             work.extend(group.iter().map(|e| e.1));
-            (f64::from_bits(group[group.len() / 2].0).ln(), quantile(work, 0.5))
+            let middle = group.len() / 2;
+            (group.select_nth_unstable_by(middle, by_range).1.0.ln(), quantile(work, 0.5))
         };
-        let medians: Vec<(f64, f64)> = (0..groups).map(median).collect();
+        let medians: Vec<(f64, f64)> = (0..groups).map(&mut median).collect();
         *levels = smoothed(&medians);
     }
+}
+
+#[inline]
+fn by_range(a: &(f64, f64), b: &(f64, f64)) -> std::cmp::Ordering {
+    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+}
+
+/// Puts echoes into groups of rising range that end at `bounds`, counted from `first`.
+fn split(echoes: &mut [(f64, f64)], bounds: &[usize], first: usize) {
+    let Some(&bound) = bounds.get(bounds.len() / 2) else { return };
+    echoes.select_nth_unstable_by(bound - first, by_range);
+    let (near, far) = echoes.split_at_mut(bound - first);
+    split(near, &bounds[..bounds.len() / 2], first);
+    split(far, &bounds[bounds.len() / 2 + 1..], bound);
 }
 
 fn level(levels: &[(f64, f64)], ln_range: f64) -> f64 {
@@ -99,24 +139,38 @@ mod tests {
     use super::*;
 
     fn learned(hits: impl Iterator<Item = (f64, f64)>) -> Option<Background> {
-        let echoes: Vec<_> = hits.map(Some).collect();
         let mut background = Background::default();
-        background.learn(echoes.into_iter()).then_some(background)
+        background.learn(hits).then_some(background)
     }
 
     #[test]
     fn the_level_follows_the_range_and_ignores_reflectors() {
         let diffuse = |r: f64| 1000.0 / (r * r);
         // From 4 m on light falls off by less than the bound from one group to the next.
-        let range = |k: usize| 4.0 + 0.05 * k as f64;
-        let bright = |r: f64| (10.0..11.0).contains(&r);
-        let hits = (0..400).map(range).map(|r| (r, if bright(r) { 50.0 * diffuse(r) } else { diffuse(r) }));
+        let ranges = (0..400).map(|k| 4.0 + 0.05 * f64::from(k));
+        let hits = ranges.map(|r| (r, if (10.0..11.0).contains(&r) { 50.0 * diffuse(r) } else { diffuse(r) }));
         let background = learned(hits).unwrap();
-        for k in 60..340 {
-            let expected = if bright(range(k)) { 50_f64.ln() } else { 0.0 };
-            assert!((background.excess(k) - expected).abs() < 0.4, "{k}");
+        for r in [7.0, 10.5, 14.0, 21.0] {
+            assert!(background.excess(r, diffuse(r)).abs() < 0.4, "{r}");
+            assert!((background.excess(r, 50.0 * diffuse(r)) - 50_f64.ln()).abs() < 0.4, "{r}");
         }
         assert!(background.spread() < 0.3);
+    }
+
+    #[test]
+    fn the_quick_bound_never_hides_what_is_bright() {
+        let hits = || (0..900).map(|k| (1.0 + f64::from(k * 37 % 900) / 40.0, 80.0 + f64::from(k * 13 % 57)));
+        let mut background = learned(hits().map(|(r, i)| (r, i / r.sqrt()))).unwrap();
+        for least in [0.1, 0.7, 2.0] {
+            background.expect(least);
+            let mut quick = 0;
+            for k in 0..4000 {
+                let (r, i) = (0.4 + f64::from(k) / 130.0, 3.0 * f64::from(k * 7 % 331));
+                assert!(background.may_exceed(r, i) || background.excess(r, i) < least, "{r} {i}");
+                quick += usize::from(!background.may_exceed(r, i));
+            }
+            assert!(quick > 100, "it spares something");
+        }
     }
 
     #[test]
@@ -129,12 +183,11 @@ mod tests {
     #[test]
     fn nothing_is_left_of_the_scan_before() {
         let mut background = Background::default();
-        assert!(background.learn((0..200).map(|k| Some((2.0 + 0.01 * f64::from(k), 900.0)))));
-        let scan = || (0..100).map(|k| (k % 3 != 0).then_some((3.0 + 0.01 * f64::from(k), 100.0 + f64::from(k % 5))));
+        assert!(background.learn((0..200).map(|k| (2.0 + 0.01 * f64::from(k), 900.0))));
+        let scan = || (0..100).map(|k| (3.0 + 0.01 * f64::from(k), 100.0 + f64::from(k % 5)));
         assert!(background.learn(scan()));
-        let mut fresh = Background::default();
-        assert!(fresh.learn(scan()));
-        assert!((0..100).all(|k| background.excess(k).to_bits() == fresh.excess(k).to_bits()));
-        assert_eq!((background.spread(), background.excess(3)), (fresh.spread(), f64::NEG_INFINITY));
+        let fresh = learned(scan()).unwrap();
+        assert!(scan().all(|(r, i)| background.excess(r, i).to_bits() == fresh.excess(r, i).to_bits()));
+        assert_eq!(background.spread(), fresh.spread());
     }
 }

@@ -70,23 +70,29 @@ impl Detector {
         if intensities.len() != ranges.len() || ranges.len() < beams {
             return;
         }
-        let echo = |i: usize| self.geometry.is_hit(ranges[i]).then(|| (ranges[i], intensities[i]));
-        if !self.background.learn((0..beams).map(echo)) {
+        let hits = (0..beams).filter(|&i| self.geometry.is_hit(ranges[i]));
+        if !self.background.learn(hits.map(|i| (ranges[i], intensities[i]))) {
             return;
         }
         let Options { range_min, range_max, contrast, spread_factor, .. } = self.options;
         let least = contrast.ln().max(spread_factor * self.background.spread());
-        let within = |i: usize| ranges[i] >= range_min && ranges[i] <= range_max;
+        self.background.expect(least);
+        let is_bright = |i: usize| {
+            let (range, intensity) = (ranges[i], intensities[i]);
+            let within = self.geometry.is_hit(range) && range >= range_min && range <= range_max;
+            within && self.background.may_exceed(range, intensity) && self.background.excess(range, intensity) >= least
+        };
         self.bright.clear();
-        self.bright.extend((0..beams).map(|i| within(i) && self.background.excess(i) >= least));
+        self.bright.extend((0..beams).map(is_bright));
         let Self { geometry, options, layout, background, bright } = self;
-        Search { ranges, geometry, options, layout, background, bright }.marks(out);
+        Search { ranges, intensities, geometry, options, layout, background, bright }.marks(out);
     }
 }
 
 /// One scan under search.
 struct Search<'a> {
     ranges: &'a [f64],
+    intensities: &'a [f64],
     geometry: &'a BeamGeometry,
     options: &'a Options,
     layout: &'a Layout,
@@ -136,7 +142,8 @@ impl Search<'_> {
     /// Mean excess of the logarithm of its intensities.
     fn excess(&self, run: &[usize]) -> f64 {
         let n = self.layout.beams;
-        run.iter().map(|k| self.background.excess(k % n)).sum::<f64>() / run.len() as f64
+        run.iter().map(|k| self.background.excess(self.ranges[k % n], self.intensities[k % n])).sum::<f64>()
+            / run.len() as f64
     }
 
     /// Distance of neighbouring beams at a run, across the line of sight [m].

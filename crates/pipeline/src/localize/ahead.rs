@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! motion       exp(v dt),  v the twist at time t0, the mean no farther than `REACH` after t0
-//! covariance   C (b^2 - a^2) + diag(accelerate / 2)^2 (b^4 - a^4),      a, b = times of begin and end since t0
+//! covariance   N (b - a) + C (b^2 - a^2) + diag(accelerate / 2)^2 (b^4 - a^4),      a, b = times of begin and end since t0
 //! ```
 //!
-//! C is the covariance of the twist. The second term is a vehicle that accelerates by an unknown constant of the standard
+//! N is what the noise of the readings adds in a second: an extrapolation is not better known than the readings that will
+//! cover it. C is the covariance of the twist. The last term is a vehicle that accelerates by an unknown constant of the standard
 //! deviation `ACCELERATION`: the error after a time b is (accelerate / 2) b^2. Both are the increase of a variance, so that
 //! steps add up to one. Between two readings with b to go the same reasoning gives an error of (accelerate / 2) a b at the
 //! time a ([`bridging`]): none at either reading.
@@ -34,6 +35,8 @@ pub(super) struct Twist {
     pub rate: Vector3<f64>,
     /// Its covariance.
     pub covariance: Matrix3<f64>,
+    /// Covariance that the noise of the readings adds to a motion in a second.
+    pub noise: Matrix3<f64>,
     /// The rate by the parameters of the drive.
     pub by_drive: SMatrix<f64, 3, DRIVE>,
 }
@@ -42,7 +45,8 @@ impl Twist {
     /// Of a vehicle that stands, as far as anybody knows.
     pub fn unknown(at: f64) -> Self {
         let covariance = Matrix3::from_diagonal(&Vector3::from(UNKNOWN).map(|s| s * s));
-        Self { at, rate: Vector3::zeros(), covariance, by_drive: SMatrix::zeros() }
+        let noise = Matrix3::zeros();
+        Self { at, rate: Vector3::zeros(), covariance, noise, by_drive: SMatrix::zeros() }
     }
 
     /// Between two poses that were held independently.
@@ -50,7 +54,8 @@ impl Twist {
         let time = to.0 - from.0;
         let rate = to.1.minus(from.1) / time;
         let covariance = (from.2 + to.2) / (time * time);
-        (time > 0.0).then(|| Self { at: to.0, rate, covariance, by_drive: SMatrix::zeros() })
+        let noise = Matrix3::zeros();
+        (time > 0.0).then(|| Self { at: to.0, rate, covariance, noise, by_drive: SMatrix::zeros() })
     }
 
     /// Standard deviation of the speed at a time [m/s].
@@ -63,7 +68,8 @@ impl Twist {
         let (a, b) = ((from - self.at).max(0.0), (to - self.at).max(0.0));
         let time = b.min(REACH) - a.min(REACH);
         let unknown = b.powi(4) - a.powi(4);
-        let covariance = self.covariance * (b * b - a * a) + half_square() * unknown;
+        let known = self.noise * (b - a) + self.covariance * (b * b - a * a);
+        let covariance = known + half_square() * unknown;
         Motion { motion: Se2::exp(self.rate * time), covariance, by_drive: self.by_drive * time }
     }
 }

@@ -151,6 +151,7 @@ impl Motions {
             at: to,
             rate: motion.motion.log() / time,
             covariance: motion.covariance / (time * time),
+            noise: motion.covariance / time,
             by_drive: motion.by_drive / time,
         })
     }
