@@ -24,8 +24,9 @@ from groma.io.nav2_map import read_map
 from groma.io.recording import open_recording
 from groma.io.toml import to_toml
 from groma.io.trajectory import read_tum
-from groma.mapper import map_drive
+from groma.mapper import beams, map_drive
 from groma.mapping import MapResult
+from groma.models import LaserScan
 from groma.runs.reading import Watched
 
 GROMA = Path(sys.executable).with_name("groma")
@@ -217,6 +218,30 @@ def test_interrupted_it_finishes_the_map_of_what_was_read(rooms: Driven, recordi
     assert 140 <= part.counts["scans_used"] < 150
     assert part.trajectory_stamps[-1] == pytest.approx(rooms.truth.stamps[139], abs=4.0)
     assert rooms.errors(part).translation.mean() < 0.01
+
+
+def test_message_by_message_the_core_gives_the_map_of_the_file(recording: Path, result: MapResult) -> None:
+    """To the last bit, and with a look at it on the way."""
+    opened = open_drive(open_recording(recording))
+    core = _core.Mapper(json.dumps(_core.map_defaults()), (opened.mount.x, opened.mount.y, opened.mount.yaw))
+    assert core.state() is None
+    for k, event in enumerate(opened.events()):
+        if isinstance(event, LaserScan):
+            core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
+        else:
+            core.push_odometry(event.stamp, event.x, event.y, event.theta)
+        if k == 1000:
+            early = core.snapshot()
+    state = core.state()
+    assert state is not None
+    assert state["covariance"].shape == (3, 3)
+    arrays = core.finish()
+    assert len(early["stamps"]) < len(arrays["stamps"]) == state["keyframes"]
+    assert np.array_equal(arrays["poses"], result.graph.poses)
+    assert np.array_equal(arrays["trajectory"], result.trajectory)
+    assert np.array_equal(arrays["grid_cells"], result.grid.cells)
+    assert np.array_equal(arrays["landmark_positions"], result.landmarks.positions)
+    assert (arrays["counts"], arrays["verdict"]) == (result.counts, result.verdict)
 
 
 def processor_seconds(pid: int) -> float:

@@ -16,7 +16,7 @@ from itertools import islice
 
 from groma.models import LaserScan, Odometry
 
-LOOK = 2000
+LOOK = 600
 LEAP = 30.0
 """A stamp this far ahead of all before is a wrong one [s]."""
 LONGEST = 2.0
