@@ -120,7 +120,9 @@ mod tests {
     fn who_creeps_does_not_stand_and_slower_never_far_from_where_it_began() {
         let mut still = Standstill::default();
         assert!(!run(&mut still, 0.0, 400, |t| at(0.01 * t, 0.0)).contains(&true), "a centimetre a second");
-        assert!(!run(&mut Standstill::default(), 0.0, 400, |t| at(0.0, 0.02 * t)).contains(&true), "a degree a second");
+        for turn in [0.02, -0.02] {
+            assert!(!run(&mut Standstill::default(), 0.0, 400, |t| at(0.0, turn * t)).contains(&true), "{turn} rad/s");
+        }
         let speed = 0.001;
         let mut slow = Standstill::default();
         let standing = run(&mut slow, 0.0, 2000, |t| at(speed * t, 0.0));
