@@ -15,17 +15,15 @@ from ruamel.yaml import YAML
 
 import groma.cli
 from groma import _core
-from groma.calibration import calibrate
 from groma.cli.demo_vehicle import calibrate_simulated
 from groma.errors import EstimationError, UserError
 from groma.io.quantities import amounts
 from groma.io.recording import open_recording, write_recording
 from groma.io.robot_files import ros2_control, urdf_joint
 from groma.io.vehicle_file import read_vehicle, write_vehicle
-from groma.models import JointState, Odometry
+from groma.models import JointState
 from groma.runs.run import Run
-from groma.vehicle import Model
-from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged, more_driving
+from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
 from groma.vehicle_simulation import (
     Arcs,
     CalibrationDrive,
@@ -105,50 +103,6 @@ def test_the_same_recording_gives_the_same_bytes(eight_arcs: Path, tmp_path: Pat
     ]
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-
-
-def says_the_same(recording: Path, request: Request) -> CalibratedVehicle:
-    """Hold the command's answer to that of the library on its readings and motions."""
-    result = calibrate_vehicle(open_recording(recording), request)
-    steered = result.found.model != "differential"
-    free = [name for name in request.free if steered or name != "wheelbase"]
-    alone = calibrate(request.model, result.data.log, result.data.motions, wheelbase=request.wheelbase, free=free)
-    assert alone.model == result.found.model
-    np.testing.assert_allclose(result.found.values, alone.values, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(result.found.sigmas, alone.sigmas, rtol=1e-9)
-    np.testing.assert_allclose(result.found.correlation, alone.correlation, atol=1e-9)
-    return result
-
-
-@pytest.mark.parametrize("model", ["tricycle", "tricycle-asymmetric"])
-@pytest.mark.parametrize("window", [None, 1.0])
-def test_command_and_library_say_the_same_of_a_tricycle(eight_arcs: Path, model: Model, window: float | None) -> None:
-    says_the_same(eight_arcs, Request(model, wheelbase=1.5, window=window))
-
-
-def test_command_and_library_say_the_same_of_a_differential_drive(tmp_path: Path) -> None:
-    drive = arcs(Differential(), 8)
-    write_recording(tmp_path / "arcs.csv", drive)
-    told = _core.dead_reckoning(true_vehicle(drive.scenario).to_json(), drive.readings, [])
-    poses = dict(zip(drive.wheel_stamps.tolist(), told.tolist(), strict=True))
-    made = [Odometry(m.stamp, "odom", *poses[m.stamp]) if isinstance(m, JointState) else m for m in drive]
-    write_recording(tmp_path / "odometry.csv", made)
-    joints = says_the_same(tmp_path / "arcs.csv", Request())
-    odometry = says_the_same(tmp_path / "odometry.csv", Request(axle=joints.found.parameters["axle"]))
-    assert odometry.found.parameters["left_radius"] == pytest.approx(1.0, abs=0.02)
-
-
-@pytest.mark.shared
-@pytest.mark.parametrize(
-    ("file", "request_"),
-    [
-        ("mines-rover/exp2.dat.gz", Request(free=("delay",), window=1.0)),
-        ("calib-tricycle/dataset_first_half.txt.gz", Request(free=("gain",))),
-        ("calib-censi/lstraight_0.tuple.gz", Request()),
-    ],
-)
-def test_command_and_library_say_the_same_of_recordings(shared: Path, file: str, request_: Request) -> None:
-    says_the_same(shared / "data" / file, request_)
 
 
 @pytest.mark.slow
