@@ -73,21 +73,44 @@ fn a_fix_is_of_the_end_of_its_scan_and_the_covariance_is_honest() {
 }
 
 #[test]
-fn odometry_that_comes_late_gives_nearly_the_same_poses() {
+fn odometry_that_comes_late_gives_the_same_poses_once_it_has_come() {
     let truth = Truth::new();
     let timely = run(setup(&truth), messages(&truth, 3, |_| 0.0));
-    let delay = |message: &Message| if matches!(message, Message::Odometry(_)) { 0.25 } else { 0.0 };
-    let late = run(setup(&truth), messages(&truth, 3, delay));
-    assert_eq!(timely.track.len(), late.track.len());
-    assert!(late.corrected() > 20 && late.track.iter().all(|fix| fix.extrapolated < 0.36));
-    // The first scans come before any odometry, which shows for some way; the last are still extrapolated when the drive ends.
-    for (a, b) in timely.track.iter().zip(&late.track).take(timely.track.len() - 4).skip(10) {
-        let sigma = a.covariance.trace().sqrt();
-        assert!((a.pose.minus(&b.pose)).norm() < sigma, "{} {}", a.stamp, a.pose.minus(&b.pose).norm() / sigma);
+    for late_by in [0.03, 0.25, 0.9] {
+        let delay = |message: &Message| if matches!(message, Message::Odometry(_)) { late_by } else { 0.0 };
+        let late = run(setup(&truth), messages(&truth, 3, delay));
+        assert_eq!(timely.track.len(), late.track.len());
+        assert!(late.track.iter().all(|fix| fix.extrapolated < late_by + 0.11));
+        // The last scans are still extrapolated when the drive ends.
+        let ended = 2 + (late_by / 0.1) as usize;
+        for (a, b) in timely.track.iter().zip(&late.track).take(timely.track.len() - ended) {
+            let sigma = a.covariance.trace().sqrt();
+            assert!(a.pose.minus(&b.pose).norm() < 1e-6 * sigma, "{} s late, at {}", late_by, a.stamp);
+            assert!((a.covariance - b.covariance).norm() < 1e-6 * sigma * sigma);
+            assert_eq!((&a.paired, a.quality.status), (&b.paired, b.quality.status));
+            assert!((a.distance - b.distance).abs() < 1e-9 && (a.turn - b.turn).abs() < 1e-9);
+        }
+        assert!(nees(&late, &truth) < 1.6);
+        assert_eq!(late.findings.iter().any(|f| f.code == Code::OdometryLate), late_by > 0.1);
     }
-    assert!(nees(&late, &truth) < 1.6);
-    assert!(late.findings.iter().any(|f| f.code == Code::OdometryLate));
     assert!(timely.findings.is_empty(), "{:?}", timely.findings);
+}
+
+#[test]
+fn events_tell_of_each_scan_once_and_of_every_correction() {
+    let truth = Truth::new();
+    for late_by in [-0.05, 0.15] {
+        let delay = |message: &Message| if matches!(message, Message::Odometry(_)) { late_by } else { 0.0 };
+        let mut machine = Localize::new(setup(&truth)).unwrap();
+        let all = messages(&truth, 6, delay);
+        let events: Vec<_> = all.into_iter().flat_map(|message| machine.push(message)).collect();
+        let track = machine.finish().unwrap().track;
+        let new: Vec<usize> = events.iter().filter(|e| !e.corrected).map(|e| e.scan).collect();
+        assert_eq!(new, (0..track.len()).collect::<Vec<_>>());
+        let told = |k: usize| events.iter().any(|e| e.corrected && e.scan == k);
+        assert!(track.iter().enumerate().all(|(k, fix)| fix.corrected == told(k)));
+        assert_eq!(track.iter().filter(|fix| fix.corrected).count() > 20, late_by > 0.0);
+    }
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The vehicle beyond its last motion: it goes on with the last twist, and the covariance says how far it may not.
 //!
 //! ```text
-//! motion       exp(v dt),  v the twist at time t0, the mean no farther than `REACH` after t0
-//! covariance   N (b - a) + C (b^2 - a^2) + diag(accelerate / 2)^2 (b^4 - a^4),      a, b = times of begin and end since t0
+//! motion       exp(v dt),  v the twist at time t0, the mean no farther than `REACH` from t0
+//! covariance   N (b - a) + C (b|b| - a|a|) + diag(accelerate / 2)^2 (b^3|b| - a^3|a|),   a, b = begin and end since t0
 //! ```
 //!
 //! N is what the noise of the readings adds in a second: an extrapolation is not better known than the readings that will
@@ -39,6 +39,8 @@ pub(super) struct Twist {
     pub noise: Matrix3<f64>,
     /// The rate by the parameters of the drive.
     pub by_drive: SMatrix<f64, 3, DRIVE>,
+    /// Whether scans tell it, and not the readings of the motions.
+    pub by_scans: bool,
 }
 
 impl Twist {
@@ -46,7 +48,7 @@ impl Twist {
     pub fn unknown(at: f64) -> Self {
         let covariance = Matrix3::from_diagonal(&Vector3::from(UNKNOWN).map(|s| s * s));
         let noise = Matrix3::zeros();
-        Self { at, rate: Vector3::zeros(), covariance, noise, by_drive: SMatrix::zeros() }
+        Self { at, rate: Vector3::zeros(), covariance, noise, by_drive: SMatrix::zeros(), by_scans: false }
     }
 
     /// Between two poses that were held independently.
@@ -55,7 +57,7 @@ impl Twist {
         let rate = to.1.minus(from.1) / time;
         let covariance = (from.2 + to.2) / (time * time);
         let noise = Matrix3::zeros();
-        (time > 0.0).then(|| Self { at: to.0, rate, covariance, noise, by_drive: SMatrix::zeros() })
+        (time > 0.0).then(|| Self { at: to.0, rate, covariance, noise, by_drive: SMatrix::zeros(), by_scans: true })
     }
 
     /// Standard deviation of the speed at a time [m/s].
@@ -63,13 +65,12 @@ impl Twist {
         (self.covariance.m11 + (ACCELERATION[0] * (stamp - self.at)).powi(2)).sqrt()
     }
 
-    /// The motion from one time to another, neither before the twist.
+    /// The motion from one time to another.
     pub fn motion(&self, from: f64, to: f64) -> Motion {
-        let (a, b) = ((from - self.at).max(0.0), (to - self.at).max(0.0));
-        let time = b.min(REACH) - a.min(REACH);
-        let unknown = b.powi(4) - a.powi(4);
-        let known = self.noise * (b - a) + self.covariance * (b * b - a * a);
-        let covariance = known + half_square() * unknown;
+        let (a, b) = (from - self.at, to - self.at);
+        let time = b.clamp(-REACH, REACH) - a.clamp(-REACH, REACH);
+        let known = self.noise * (b - a) + self.covariance * (b * b.abs() - a * a.abs());
+        let covariance = known + half_square() * (b.powi(3) * b.abs() - a.powi(3) * a.abs());
         Motion { motion: Se2::exp(self.rate * time), covariance, by_drive: self.by_drive * time }
     }
 }
@@ -108,6 +109,16 @@ mod tests {
         let sigma = |time: f64| twist.motion(2.0, 2.0 + time).covariance.m11.sqrt();
         assert!(sigma(0.02) < 1e-3 && sigma(1.0) > 0.1 && sigma(10.0) > 10.0);
         assert_eq!(sigma(0.0), 0.0);
+    }
+
+    #[test]
+    fn before_its_twist_a_vehicle_came_as_it_went_on() {
+        let twist = twist(0.5, 0.2);
+        let (before, after) = (twist.motion(1.7, 2.0), twist.motion(2.0, 2.3));
+        assert!((before.motion.log() - after.motion.log()).norm() < 1e-12);
+        assert!((before.covariance - after.covariance).norm() < 1e-12);
+        let across = twist.motion(1.9, 2.2).covariance;
+        assert!((across - twist.motion(1.9, 2.0).covariance - twist.motion(2.0, 2.2).covariance).norm() < 1e-12);
     }
 
     #[test]

@@ -1,30 +1,26 @@
 //! The localizer fed with motions and scans as they come.
 //!
 //! While motions are ahead of scans, each is taken when it comes. A scan that ends after the last motion is taken at a pose
-//! extrapolated to its end, and the state before it is kept. When a motion comes that covers the end of the scan,
+//! extrapolated to its end, and the state before it is kept. When a motion comes that covers the end of the scan, the state is
+//! set back, moved by what the readings say, and takes the scan again, associations included, and those after it: once its
+//! motion has come, a pose is that of a drive whose motions were in time. Scans before the first reading wait for it too.
 //!
-//! ```text
-//! d = log(E^-1 R)        E the motion by extrapolation, R that of the readings
-//! d^T P^-1 d <= SHARE^2  the scan stays as it was taken; d goes into the next motion, so that nothing is lost
-//! else                   the state is set back, moved by R, and takes the scan again, and those after it
-//! ```
-//!
-//! P is the covariance of the pose after the scan: a pose that was kept is off by less than `SHARE` of its standard deviation.
-//! Where R is worse known than E (a long gap in the readings, while scans held the pose), E stays. Motions more than `WAIT` late
-//! are not waited for; at most `MOST` scans are kept for taking again.
+//! In a pause of the readings scans may know better how the vehicle moved than a straight line between two readings: where the
+//! extrapolation follows from scans that held the pose, and its covariance is smaller than what interpolation leaves open, it
+//! stays. Motions more than `WAIT` late are not waited for; at most `MOST` scans are kept for taking again.
 
 use super::ahead::Twist;
-use super::motions::{Motions, Reading, Source, Step, product};
+use super::motions::{Motions, Reading, Source, Step, position_variance, product};
 use super::observe::Observer;
 use super::track::{Fix, Travel};
 use groma_geometry::Se2;
-use groma_localization::{Error, Localizer, Motion, Observation, sees};
+use groma_localization::{Error, Localizer, Observation, sees};
 use groma_models::LaserScan;
 use nalgebra::Matrix3;
 use std::collections::VecDeque;
 
-/// Of the standard deviation of a pose: so far off it stays.
-const SHARE: f64 = 0.1;
+/// A pose that moves by more of its standard deviation is told to be corrected.
+const NOTABLE: f64 = 0.1;
 /// Motions that are later are not waited for [s].
 const WAIT: f64 = 2.0;
 /// Scans kept for taking again.
@@ -40,17 +36,22 @@ pub(super) struct Filter {
     ahead: VecDeque<Ahead>,
     motions: Motions,
     twist: Twist,
+    /// The twist when the first reading that is kept came.
+    entry: Twist,
+    /// Time of the first message [s].
+    begun: f64,
     observer: Observer,
     /// Driven since the last fix.
     travel: Travel,
-    /// What the readings say beside the extrapolation that was kept.
-    carry: Se2,
     pub track: Vec<Fix>,
 }
 
-/// A fix that is new or was set right, and its scan once nothing can change it any more.
+/// A fix that is new or was taken again, and its scan once nothing can change it any more.
 pub(super) struct Change {
     pub index: usize,
+    /// Whether it is new.
+    pub new: bool,
+    /// Whether it moved notably.
     pub corrected: bool,
     pub settled: Option<LaserScan>,
 }
@@ -60,23 +61,29 @@ struct Ahead {
     scan: LaserScan,
     observations: Vec<Observation>,
     index: usize,
-    /// The motion by extrapolation from the scan before, or from the last motion.
-    step: Step,
+    /// When it ends [s].
+    end: f64,
+    /// The motion from the scan before, or from the last motion, its end by extrapolation.
+    steps: Vec<Step>,
+    /// Whether the twist was that of scans.
+    by_scans: bool,
     /// Driven between the fix before and the begin of that motion.
     before: Travel,
 }
 
 impl Filter {
     pub fn new(localizer: Localizer, source: Source) -> Self {
+        let (begun, twist) = (localizer.stamp(), Twist::unknown(localizer.stamp()));
         Self {
-            twist: Twist::unknown(localizer.stamp()),
             now: localizer,
             base: None,
             ahead: VecDeque::new(),
             motions: Motions::new(source),
+            twist,
+            entry: twist,
+            begun,
             observer: Observer::default(),
             travel: Travel::default(),
-            carry: Se2::IDENTITY,
             track: Vec::new(),
         }
     }
@@ -85,6 +92,7 @@ impl Filter {
     pub fn start(&mut self, stamp: f64) {
         self.now = self.now.clone().starting_at(stamp);
         self.twist = Twist::unknown(stamp);
+        self.begun = stamp;
     }
 
     /// The state now.
@@ -99,6 +107,9 @@ impl Filter {
 
     /// Takes a reading of the motions.
     pub fn read(&mut self, stamp: f64, reading: Reading) -> Vec<Change> {
+        if self.motions.last().is_none() {
+            self.entry = self.twist;
+        }
         if !self.motions.push(stamp, reading) {
             return Vec::new();
         }
@@ -115,17 +126,16 @@ impl Filter {
     pub fn take(&mut self, scan: LaserScan) -> Vec<Change> {
         let observations = self.observer.observe(&scan);
         let end = end_of(&scan).max(self.now.stamp());
-        let behind = self.motions.last().map_or(f64::INFINITY, |last| end - last);
+        let behind = end - self.motions.last().unwrap_or(self.begun);
         let mut changes = if behind > WAIT { self.release() } else { Vec::new() };
         if (behind > 0.0 && behind <= WAIT) || self.base.is_some() {
             self.base.get_or_insert_with(|| self.now.clone());
         }
-        let step = Step { stamp: end, motion: self.twist.motion(self.now.stamp(), end) };
+        let (steps, by_scans) = (self.steps(self.now.stamp(), end), self.twist.by_scans);
         let (index, before) = (self.track.len(), std::mem::take(&mut self.travel));
-        let ahead = Ahead { scan, observations, index, step, before };
-        let extrapolated = if behind.is_finite() { behind.max(0.0) } else { 0.0 };
-        let fix = ahead.take(&mut self.now, &[step]);
-        self.track.push(Fix { extrapolated, ..fix });
+        let ahead = Ahead { scan, observations, index, end, steps, by_scans, before };
+        let fix = ahead.take(&mut self.now, &ahead.steps);
+        self.track.push(Fix { extrapolated: behind.max(0.0), ..fix });
         self.follow(index);
         let settled = if self.base.is_some() {
             self.ahead.push_back(ahead);
@@ -133,7 +143,7 @@ impl Filter {
         } else {
             Some(ahead.scan)
         };
-        changes.push(Change { index, corrected: false, settled });
+        changes.push(Change { index, new: true, corrected: false, settled });
         changes.extend(self.limit());
         changes
     }
@@ -141,7 +151,7 @@ impl Filter {
     /// Puts the vehicle where it was at a time, as somebody says; scans ahead stay as they are.
     pub fn relocate(&mut self, stamp: f64, pose: Se2, covariance: &Matrix3<f64>) -> Result<Vec<Change>, Error> {
         let changes = self.release();
-        let since = product(self.motions.steps(stamp, self.now.stamp()).iter().map(|s| &s.motion));
+        let since = product(self.steps(stamp, self.now.stamp()).iter().map(|s| &s.motion));
         let back = since.motion.inverse().adjoint();
         let covariance = back * covariance * back.transpose() + since.covariance;
         self.now.relocate(pose * since.motion, &(0.5 * (covariance + covariance.transpose())))?;
@@ -151,48 +161,40 @@ impl Filter {
     /// Takes all scans as they are.
     pub fn release(&mut self) -> Vec<Change> {
         self.base = None;
-        let settled = |a: Ahead| Change { index: a.index, corrected: false, settled: Some(a.scan) };
+        let settled = |a: Ahead| Change { index: a.index, new: false, corrected: false, settled: Some(a.scan) };
         self.ahead.drain(..).map(settled).collect()
     }
 
     /// Moves on to the last reading.
     fn advance(&mut self, stamp: f64) {
-        let from = self.now.stamp();
-        let mut steps = self.motions.steps(from, stamp);
-        if let Some(first) = self.motions.first().filter(|first| *first > from) {
-            steps.insert(0, Step { stamp: first, motion: self.twist.motion(from, first) });
-        }
-        if let Some(step) = steps.first_mut() {
-            step.motion.motion = std::mem::replace(&mut self.carry, Se2::IDENTITY) * step.motion.motion;
-        }
+        let steps = self.steps(self.now.stamp(), stamp);
         drive(&mut self.now, &steps, &mut self.travel);
     }
 
-    /// Compares the scans ahead that the readings cover now with what the readings say.
+    /// The motion from one time to another: that of the readings as far as they reach, around them by the twists.
+    fn steps(&self, from: f64, to: f64) -> Vec<Step> {
+        let (first, last) = self.motions.first().zip(self.motions.last()).unwrap_or((from, from));
+        let (begin, end) = (first.max(from).min(to), last.max(from).min(to));
+        let mut steps = Vec::new();
+        if begin > from {
+            steps.push(Step { stamp: begin, motion: self.entry.motion(from, begin) });
+        }
+        steps.extend(self.motions.steps(begin, end));
+        if to > end {
+            steps.push(Step { stamp: to, motion: self.twist.motion(end, to) });
+        }
+        steps
+    }
+
+    /// Takes the scans ahead that the readings cover now by what the readings say, and those after them again.
     fn settle(&mut self, last: f64) -> Vec<Change> {
         let mut changes = Vec::new();
-        while self.ahead.front().is_some_and(|a| a.step.stamp <= last) {
+        while self.ahead.front().is_some_and(|a| a.end <= last) {
             let (Some(front), Some(mut base)) = (self.ahead.pop_front(), self.base.take()) else { break };
-            let real = self.motions.steps(base.stamp(), front.step.stamp);
-            let covered = self.motions.first().is_some_and(|first| first <= base.stamp());
-            let mut off = Off::new(
-                &front.step.motion,
-                &product(real.iter().map(|s| &s.motion)),
-                &self.track[front.index].covariance,
-            );
-            let index = front.index;
-            off.worse |= !covered;
-            let corrected = !off.stays();
-            if !corrected && self.ahead.is_empty() {
-                self.carry = off.carried();
-                changes.push(Change { index, corrected, settled: Some(front.scan) });
-                return changes;
-            }
-            let steps = if off.worse { vec![front.step] } else { real };
+            let steps = self.settled(&front, base.stamp());
             let fix = front.take(&mut base, &steps);
-            self.track[index] = Fix { extrapolated: self.track[index].extrapolated, corrected, ..fix };
             self.base = Some(base);
-            changes.push(Change { index, corrected, settled: Some(front.scan) });
+            changes.push(self.replace(front.index, fix, Some(front.scan)));
         }
         if !changes.is_empty() {
             changes.extend(self.again());
@@ -200,25 +202,37 @@ impl Filter {
         changes
     }
 
+    /// The motion to a scan that the readings cover, from a time on.
+    fn settled(&self, ahead: &Ahead, from: f64) -> Vec<Step> {
+        let taken = product(ahead.steps.iter().map(|s| &s.motion)).covariance;
+        let open = self.motions.open_at(from) + self.motions.open_at(ahead.end);
+        let paused = ahead.by_scans && open > position_variance(&taken);
+        let before = self.motions.first().is_none_or(|first| first >= ahead.end);
+        if paused || before { ahead.steps.clone() } else { self.steps(from, ahead.end) }
+    }
+
     /// Takes the scans that are still ahead from the state that was set right.
     fn again(&mut self) -> Vec<Change> {
         let Some(base) = self.base.take() else { return Vec::new() };
         self.now = base;
-        if self.ahead.is_empty() {
-            return Vec::new();
-        }
-        self.base = Some(self.now.clone());
+        self.base = (!self.ahead.is_empty()).then(|| self.now.clone());
         let mut changes = Vec::new();
         for k in 0..self.ahead.len() {
-            let motion = self.twist.motion(self.now.stamp(), self.ahead[k].step.stamp);
-            self.ahead[k].step.motion = motion;
-            let (index, step) = (self.ahead[k].index, self.ahead[k].step);
-            let fix = self.ahead[k].take(&mut self.now, &[step]);
-            self.track[index] = Fix { extrapolated: self.track[index].extrapolated, ..fix };
+            let (index, from, to) = (self.ahead[k].index, self.now.stamp(), self.ahead[k].end);
+            (self.ahead[k].steps, self.ahead[k].by_scans) = (self.steps(from, to), self.twist.by_scans);
+            let fix = self.ahead[k].take(&mut self.now, &self.ahead[k].steps);
+            changes.push(self.replace(index, fix, None));
             self.follow(index);
-            changes.push(Change { index, corrected: true, settled: None });
         }
         changes
+    }
+
+    /// Puts a fix in the place of the one that stands for its scan.
+    fn replace(&mut self, index: usize, fix: Fix, settled: Option<LaserScan>) -> Change {
+        let before = &mut self.track[index];
+        let corrected = fix.is_off(before, NOTABLE);
+        *before = Fix { extrapolated: before.extrapolated, corrected: before.corrected || corrected, ..fix };
+        Change { index, new: false, corrected, settled }
     }
 
     /// Lets go of the oldest scan ahead where there are too many.
@@ -227,8 +241,8 @@ impl Filter {
             return Vec::new();
         }
         let (Some(front), Some(base)) = (self.ahead.pop_front(), &mut self.base) else { return Vec::new() };
-        front.take(base, &[front.step]);
-        vec![Change { index: front.index, corrected: false, settled: Some(front.scan) }]
+        front.take(base, &front.steps);
+        vec![Change { index: front.index, new: false, corrected: false, settled: Some(front.scan) }]
     }
 
     /// The twist between the last two fixes, where that is better known than the one that the motions left.
@@ -252,36 +266,6 @@ impl Ahead {
         let view = |polar| sees(&self.scan.geometry, &self.scan.ranges, polar);
         let update = localizer.update(&self.observations, Some(&view));
         Fix::new(localizer, &update, travel)
-    }
-}
-
-/// How far readings are from an extrapolation.
-struct Off {
-    difference: Se2,
-    distance_sq: f64,
-    /// Whether the readings say less than the extrapolation.
-    worse: bool,
-}
-
-impl Off {
-    fn new(extrapolated: &Motion, real: &Motion, covariance: &Matrix3<f64>) -> Self {
-        let difference = extrapolated.motion.inverse() * real.motion;
-        let d = difference.log();
-        let distance_sq = match covariance.try_inverse() {
-            Some(information) => d.dot(&(information * d)),
-            None if d.norm() > 0.0 => f64::INFINITY,
-            None => 0.0,
-        };
-        Self { difference, distance_sq, worse: real.covariance.trace() > extrapolated.covariance.trace() }
-    }
-
-    fn stays(&self) -> bool {
-        self.worse || self.distance_sq <= SHARE * SHARE
-    }
-
-    /// What goes into the next motion.
-    fn carried(&self) -> Se2 {
-        if self.worse { Se2::IDENTITY } else { self.difference }
     }
 }
 

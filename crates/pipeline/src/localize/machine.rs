@@ -237,7 +237,7 @@ impl Localize {
             if let Some(scan) = &change.settled {
                 self.seen.push(scan, &self.filter.track[change.index]);
             }
-            if change.settled.is_none() || change.corrected {
+            if change.new || change.corrected {
                 events.push(Event { scan: change.index, corrected: change.corrected });
             }
         }

@@ -121,6 +121,13 @@ impl Motions {
         Step { stamp: to, motion }
     }
 
+    /// Variance of the position that interpolation leaves open at a time between two readings [m^2].
+    pub fn open_at(&self, stamp: f64) -> f64 {
+        let after = self.readings.partition_point(|(t, _)| *t < stamp).max(1);
+        let around = self.readings.get(after - 1).zip(self.readings.get(after));
+        around.map_or(0.0, |((a, _), (b, _))| position_variance(&bridging(stamp - a, b - stamp)))
+    }
+
     fn motion(&self, before: &Reading, after: &Reading, duration: f64) -> Motion {
         match (self.source, before, after) {
             (Source::Odometry(noise), Reading::Pose(a), Reading::Pose(b)) => {
@@ -153,6 +160,7 @@ impl Motions {
             covariance: motion.covariance / (time * time),
             noise: motion.covariance / time,
             by_drive: motion.by_drive / time,
+            by_scans: false,
         })
     }
 }
@@ -163,6 +171,11 @@ fn interpolate(a: &Reading, b: &Reading, share: f64) -> Reading {
         (Reading::Wheels(a), Reading::Wheels(b)) => Reading::Wheels(a + (b - a) * share),
         _ => *b,
     }
+}
+
+/// Variance of a position, both axes together [m^2].
+pub(super) fn position_variance(covariance: &Matrix3<f64>) -> f64 {
+    covariance.m11 + covariance.m22
 }
 
 /// The product of motions and the covariance of its error on the right.

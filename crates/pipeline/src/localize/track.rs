@@ -23,7 +23,7 @@ pub struct Fix {
     pub turn: f64,
     /// For how long the motion to here was extrapolated when the scan came [s].
     pub extrapolated: f64,
-    /// Whether motions that came later set this pose right.
+    /// Whether motions that came later moved this pose by more than a tenth of its standard deviation.
     pub corrected: bool,
 }
 
@@ -54,6 +54,13 @@ impl Fix {
             extrapolated: 0.0,
             corrected: false,
         }
+    }
+
+    /// Whether another pose for the same scan is farther away than a share of the standard deviation of this one.
+    pub(super) fn is_off(&self, other: &Self, share: f64) -> bool {
+        let d = other.pose.minus(&self.pose);
+        let information = self.covariance.try_inverse();
+        information.map_or(d.norm() > 0.0, |information| d.dot(&(information * d)) > share * share)
     }
 
     /// Whether the pose was known.
