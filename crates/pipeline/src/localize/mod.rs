@@ -6,9 +6,8 @@
 //! start -> given, or searched for: every scan is asked where it was taken until one knows;  lost -> searched for again
 //! ```
 //! Order of arrival decides; nothing looks ahead. A scan that ends after the last motion is taken at a pose that goes on
-//! with the last twist ([`ahead`]), and is taken again when its motion has come ([`filter`]). Which poses were corrected
-//! so is part of the result.
-//! poses were corrected so is part of the result.
+//! with the last twist (`ahead`), and is taken again when its motion has come (`filter`). Which poses were corrected so is
+//! part of the result.
 //!
 //! One scanner and one source of motions are used: wheels where a vehicle was given, else odometry. Other messages are
 //! counted and passed over.

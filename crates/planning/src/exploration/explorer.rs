@@ -2,7 +2,7 @@
 //!
 //! [`Explorer::next_exit`] gives one exit at a time and plans anew when its plan is used up or the building turned out
 //! different: an exit led elsewhere, or there was no getting through. The strategy survey goes on when all cameras are
-//! found: it drives the walks, each found by [`super::search`] with every place as a possible end, that lower
+//! found: it drives the walks, each found by `search` with every place as a possible end, that lower
 //! `length + lambda (sum of the cameras' position variances)`, lambda doubled from 2 upwards whenever no walk is worth
 //! its length any more, so that distance is spent first where it is worth most, until
 //!

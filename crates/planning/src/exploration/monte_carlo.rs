@@ -6,7 +6,7 @@
 //! [`super::belief`] with estimates beside the covariance, `T <- Exp(K y) T`. Compared are the root mean square error of
 //! the cameras' positions over runs and cameras with the standard deviation that planning promised, and the normalised
 //! squared error of the whole map (3 numbers a camera, all jointly) with its degrees of freedom; both for the map of the
-//! filter and for the one that least squares over the whole drive makes of it ([`super::smoothing`]), as the mapping of
+//! filter and for the one that least squares over the whole drive makes of it (`smoothing`), as the mapping of
 //! a camera network does. They differ where the first loop is closed late: the filter keeps each step of the wheels in
 //! the direction in which it believed itself to drive, which a correction of its heading does not turn any more.
 

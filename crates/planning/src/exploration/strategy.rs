@@ -7,8 +7,8 @@
 //! | return-to-origin | back to the start | the nearest | stop |
 //! | return-to-nearest | back to the nearest other camera | the nearest | stop |
 //! | cheap | | the place with the least `J` over shortest paths | stop |
-//! | search | | the walk with the least `J` over all walks ([`super::search`]) | stop |
-//! | survey | | the place from which the rest takes the shortest tour ([`super::frontier`]) | the walks that are worth most ([`super::explorer`]) |
+//! | search | | the walk with the least `J` over all walks (`search`) | stop |
+//! | survey | | the place from which the rest takes the shortest tour (`frontier`) | the walks that are worth most ([`super::explorer`]) |
 //!
 //! `J = length + lambda (sum of the position variances of cameras and robot)`. With errors in the world frame the final
 //! covariance does not depend on the order in which ways were driven, only on how often each was (but for the noise of
