@@ -69,6 +69,8 @@ LINES = {
     "map": ("map {drive} --resolution 0.2 --odometry none", "{drive}"),
     "localize": ("localize {drive} --mode dynamic", "{drive}"),
     "features": ("evaluate features {drive} --every 5", "{drive}"),
+    "evaluate_exploration": ("evaluate exploration --scene hexagons --size 5 --lambdas 30", ""),
+    "simulate_cameras": ("simulate cameras corridor --seed 3", "corridor"),
 }
 """By table: a command line with options, and the rest of the line that settings do not say."""
 
@@ -79,7 +81,7 @@ def test_a_run_repeated_with_its_own_settings_has_the_same_settings(table: str, 
     if "{drive}" in LINES[table][0]:
         drive(scene("rooms", period=0.4), 20.0).write(recording)
     whole, rest = (line.format(drive=recording).split() for line in LINES[table])
-    verb = whole[: 2 if whole[0] in ("plan", "evaluate") else 1]
+    verb = whole[: 2 if whole[0] in ("plan", "evaluate", "simulate") else 1]
     groma.cli.run([*whole, "-o", str(tmp_path / "first")])
     config = ["--config", str(tmp_path / "first" / "run.toml")]
     groma.cli.run([*verb, *rest, *config, "-o", str(tmp_path / "again")])
@@ -88,6 +90,34 @@ def test_a_run_repeated_with_its_own_settings_has_the_same_settings(table: str, 
     assert again["settings"] == first["settings"]
     metrics = [json.loads((tmp_path / name / "metrics.json").read_text()) for name in ("first", "again")]
     assert metrics[0]["verdict"] == metrics[1]["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("verb", "table", "options"),
+    [("simulate rooms", "simulate", "--seed 4"), ("simulate vehicle", "simulate_vehicle", "--arcs 4 --delay 0.01")],
+)
+def test_a_file_simulates_what_options_simulate(verb: str, table: str, options: str, tmp_path: Path) -> None:
+    config = tmp_path / "settings.toml"
+    pairs = options.replace("--", "").split()
+    config.write_text("\n".join([f"[{table}]", *map(" = ".join, zip(pairs[::2], pairs[1::2], strict=True))]))
+    for name, given in (("options", options), ("file", f"--config {config}"), ("plain", "")):
+        assert groma.cli.run([*verb.split(), "-o", str(tmp_path / f"{name}.csv"), *given.split()]) == 0
+    by_options, by_file, plain = ((tmp_path / f"{name}.csv").read_bytes() for name in ("options", "file", "plain"))
+    assert by_options == by_file != plain
+
+
+def test_a_trajectory_is_matched_as_a_file_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, first in (("estimate", 0.5), ("truth", 0.0)):
+        lines = [f"{first + k} {first + k} 0 0 0 0 0 1" for k in range(5)]
+        (tmp_path / f"{name}.tum").write_text("\n".join(lines) + "\n")
+    line = f"evaluate trajectory {tmp_path / 'estimate.tum'} --reference {tmp_path / 'truth.tum'} --json"
+    assert groma.cli.run(line.split()) == 2
+    config = tmp_path / "settings.toml"
+    config.write_text('[trajectory]\nassoc = "interp"\n')
+    capsys.readouterr()
+    assert groma.cli.run([*line.split(), "--config", str(config)]) == 0
+    assert json.loads(capsys.readouterr().out)["ate_m"]["rmse"] < 1e-9
+    assert groma.cli.run([*line.split(), "--config", str(config), "--assoc", "nearest"]) == 2
 
 
 def test_a_value_of_another_form_is_refused_with_its_path(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import groma.cli
 from groma.evaluation import se2
-from groma.evaluation.association import look_up
+from groma.evaluation.association import Matching, look_up
 from groma.evaluation.reference import align, evaluate_reference
 from groma.evaluation.relations import evaluate_relations, read_relations
 from groma.io.trajectory import Trajectory, read_tum, write_tum
@@ -53,7 +53,7 @@ def test_se2_is_the_group_of_matrices() -> None:
 
 def test_look_up_nearest_takes_the_earlier_of_two_and_keeps_the_limit() -> None:
     trajectory = Trajectory(np.array([0.0, 1.0, 2.0]), np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]))
-    found = look_up(trajectory, np.array([-0.5, 0.5, 0.75, 2.5, 2.75]), max_dt=0.5)
+    found = look_up(trajectory, np.array([-0.5, 0.5, 0.75, 2.5, 2.75]), Matching(max_dt=0.5))
     np.testing.assert_array_equal(found.poses[:, 0], [0, 0, 1, 2, np.nan])
     assert found.how.tolist() == ["near", "near", "near", "near", "missing"]
 
@@ -69,7 +69,7 @@ def test_look_up_moves_a_far_pose_by_the_odometry_in_its_own_frame() -> None:
 def test_look_up_interpolates_across_the_half_turn_but_not_across_a_gap() -> None:
     poses = np.array([[0.0, 0, 3.0], [1, 2, -3.0], [5, 5, 0]])
     trajectory = Trajectory(np.array([0.0, 1.0, 10.0]), poses)
-    found = look_up(trajectory, np.array([0.25, 1.0, 5.0, -0.05, -0.2, 10.05]), "interp")
+    found = look_up(trajectory, np.array([0.25, 1.0, 5.0, -0.05, -0.2, 10.05]), Matching("interp"))
     np.testing.assert_allclose(found.poses[0], [0.25, 0.5, 3 + (2 * np.pi - 6) / 4])
     np.testing.assert_allclose(found.poses[[1, 3, 5]], poses[[1, 0, 2]])
     assert found.how.tolist() == ["interp", "near", "missing", "near", "missing", "near"]
@@ -222,7 +222,7 @@ def test_rows_left_out_are_told(files: dict[str, str], capsys: pytest.CaptureFix
         (["late.tum", "--reference", "truth.tum"], "only 0 poses have a reference"),
         (["est.tum", "--reference", "truth.tum", "--odometry", "truth.tum"], "--odometry serves only --relations"),
         (["est.tum", "--relations", "r", "--max-dt", "-1"], "seconds from 0"),
-        (["est.tum", "--relations", "r", "--max-dt", "nan"], "seconds from 0"),
+        (["est.tum", "--relations", "r", "--max-dt", "nan"], "--max-dt: is a number, not nan"),
     ],
 )
 def test_a_mistake_is_one_line_and_exit_2(

@@ -46,6 +46,26 @@ class Day:
     """Share of the reflectors that hang."""
 
 
+@dataclass(frozen=True, slots=True)
+class Rounds:
+    """A survey of the warehouse on one day, and drives in it on another."""
+
+    runs: int = 6
+    """Drives along each path."""
+    reflectors: float = 1.0
+    """Share of the reflectors that hang, during the survey and after."""
+    changed: float = 0.1
+    """Share of the pallets that were moved since the survey."""
+    seed: int = 1
+    """Draws the building, what was moved, and what the calibration is off by."""
+
+    def day(self, drive: DriveName) -> Day:
+        """Return the warehouse as it is on a drive."""
+        if drive == "survey":
+            return Day(self.seed, 0, 0.0, self.reflectors)
+        return Day(self.seed, 1, self.changed, self.reflectors)
+
+
 def drive_scenario(drive: DriveName, day: Day, seed: int) -> Scenario:
     """Return the scenario of a drive; the seed draws its noise.
 

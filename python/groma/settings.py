@@ -64,11 +64,12 @@ def chosen(
     Raises
     ------
     UserError
-        As :func:`read_table` and :func:`merged`.
+        As :func:`read_table` and :func:`merged`; an option is named as it is written on the command line.
     """
     table = read_table(config, command) if config else {}
     settings = merged(defaults, {key: value for key, value in table.items() if key not in recorded}, command)
-    return merged(settings, {key: value for key, value in options.items() if value is not None}, command)
+    given = {key: value for key, value in options.items() if value is not None}
+    return settings | {key: _value(settings[key], value, f"--{key.replace('_', '-')}") for key, value in given.items()}
 
 
 def merged(defaults: Mapping[str, object], changes: Mapping[str, object], path: str) -> Settings:
@@ -91,17 +92,17 @@ def merged(defaults: Mapping[str, object], changes: Mapping[str, object], path: 
     unknown = [key for key in changes if key not in defaults]
     if unknown:
         raise UserError(f"unknown setting {path}.{unknown[0]}: there are {', '.join(defaults)}")
-    return {key: _value(value, changes.get(key, value), f"{path}.{key}") for key, value in defaults.items()}
+    return {key: _value(value, changes.get(key, value), f"setting {path}.{key}") for key, value in defaults.items()}
 
 
 def _value(default: object, value: object, path: str) -> object:
     if isinstance(default, Mapping):
         if not isinstance(value, Mapping):
-            raise UserError(f"setting {path}: is a table, not {value!r}")
-        return merged(default, value, path)
+            raise UserError(f"{path}: is a table, not {value!r}")
+        return merged(default, value, path.removeprefix("setting "))
     for kind, name in ((bool, "true or false"), (int, "a whole number"), (float, "a number")):
         if isinstance(default, kind):
-            return _of_kind(value, kind, f"setting {path}: is {name}, not {value!r}")
+            return _of_kind(value, kind, f"{path}: is {name}, not {value!r}")
     return value
 
 

@@ -8,27 +8,36 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from pathlib import Path
+from typing import TypeVar
 
 import msgspec
 
 from groma.camera_calibration import camera_defaults
 from groma.camera_plan import DEFAULTS, Search
 from groma.errors import UserError
+from groma.evaluation.association import Matching
+from groma.evaluation.exploration import LAMBDAS, Comparison
 from groma.exploration import Budget, Goal, Lambda, Limits, Noise, Sigma, StrategyName
 from groma.exploration import Settings as Exploration
+from groma.localization_simulation import Rounds
 from groma.localize import localize_defaults
 from groma.mapper import map_defaults
 from groma.network import network_defaults
 from groma.promotion import promotion_defaults
-from groma.settings import Settings
+from groma.settings import Settings, chosen
 from groma.vehicle_calibration import Request
 from groma.vehicle_plan import plan_limits
+from groma.vehicle_simulation import Course
 from groma.vision import detection_defaults
+
+T = TypeVar("T")
 
 RECORDED: Mapping[str, tuple[str, ...]] = {
     "camera": ("name", "target"),
     "plan_camera": ("mount", "start", "target", "camera"),
     "exploration": ("scene", "size", "step", "density"),
+    "simulate_cameras": ("scene",),
 }
 """What run.toml has in a table besides settings: it says what the run was made of, and is not taken back."""
 
@@ -45,9 +54,27 @@ def tables() -> dict[str, Callable[[], Settings]]:
         "plan_vehicle": _plan_vehicle,
         "plan_camera": lambda: search_table(DEFAULTS.search),
         "exploration": lambda: {**Exploration().table(), "seed": 0},
+        "evaluate_exploration": lambda: {**msgspec.to_builtins(Comparison()), "lambdas": list(LAMBDAS)},
         "motions": _motions,
         "features": lambda: {"every": 3},
+        "trajectory": lambda: msgspec.to_builtins(Matching()),
+        "node": lambda: {"rate": 0.0},
+        "simulate": lambda: {"seed": 1},
+        "simulate_vehicle": lambda: msgspec.to_builtins(Course()),
+        "simulate_localization": lambda: msgspec.to_builtins(Rounds()),
+        "simulate_cameras": lambda: {"seed": 1, "images": False},
     }
+
+
+def settings_of(table: str, config: Path | None, **options: object) -> Settings:
+    """Return the settings of a command: its defaults, changed by a file, changed by the options that are not None.
+
+    Raises
+    ------
+    UserError
+        As :func:`groma.settings.chosen`.
+    """
+    return chosen(tables()[table](), config, table, options, RECORDED.get(table, ()))
 
 
 def _localize() -> Settings:
@@ -82,6 +109,20 @@ def search_table(search: Search) -> Settings:
     }
 
 
+def typed(kind: type[T], settings: Settings, table: str) -> T:
+    """Return the settings of a table as the type that has their defaults.
+
+    Raises
+    ------
+    UserError
+        When a value has another form.
+    """
+    try:
+        return msgspec.convert(settings, kind)
+    except msgspec.ValidationError as error:
+        raise UserError(f"setting of {table}: {error}") from error
+
+
 def search_of(settings: Settings) -> Search:
     """Return the search of a table [plan_camera].
 
@@ -91,10 +132,7 @@ def search_of(settings: Settings) -> Search:
         When a value has another form.
     """
     given = {"target" if name == "sigma" else name: value for name, value in settings.items()}
-    try:
-        return msgspec.convert(given, Search)
-    except msgspec.ValidationError as error:
-        raise UserError(f"setting of plan_camera: {error}") from error
+    return typed(Search, given, "plan_camera")
 
 
 def goal_table(goal: Goal) -> dict[str, object]:

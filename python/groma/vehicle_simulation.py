@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -77,6 +78,21 @@ class Continuous(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fi
     """[s]."""
     to: float
     """Largest angle [rad]."""
+
+
+class Course(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What `groma simulate vehicle` drives, in the words of its user."""
+
+    model: Model = "tricycle"
+    drive: Literal["arcs", "continuous"] = "arcs"
+    arcs: int = 16
+    """Number of arcs, a multiple of 4."""
+    duration: float = 60.0
+    """Of continuous driving [s]."""
+    delay: float = 0.0
+    """By how much the stamps of the wheels are later than those of the scans [s]."""
+    seed: int = 1
+    """Draws the hall and all noise."""
 
 
 class CalibrationScenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -12,8 +12,7 @@ from groma.errors import UserError
 from groma.io.target_file import read_target
 from groma.runs.camera import calibrate_camera_into
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import RECORDED, tables
+from groma.tables import settings_of
 
 Lens = Literal["pinhole", "radtan", "plumb_bob", "rational", "equidistant"]
 
@@ -52,7 +51,7 @@ def camera(
     """
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]*", name):
         raise UserError(f"--name {name!r}: letters, digits, _ . and - only, for files are named by it")
-    settings = chosen(tables()["camera"](), config, "camera", {"lens": lens}, RECORDED["camera"])
+    settings = settings_of("camera", config, lens=lens)
     panels = read_target(target)
     with Run("camera", "calibrate camera", output) as run:
         calibrate_camera_into(run, images, panels, settings, name)

@@ -13,8 +13,7 @@ from groma.errors import UserError
 from groma.io.quantities import amounts
 from groma.runs.run import Run
 from groma.runs.vehicle import calibrate_into, request_of
-from groma.settings import chosen
-from groma.tables import tables
+from groma.tables import settings_of
 from groma.vehicle import PARAMETERS, Model
 from groma.vehicle_calibration import Request
 
@@ -83,7 +82,7 @@ def vehicle(
         "window": window,
         "tolerance": tolerance,
     }
-    settings = chosen(tables()["calibrate"](), config, "calibrate", options)
+    settings = settings_of("calibrate", config, **options)
     request = request_of(settings)
     _check(request, str(settings["tolerance"]))
     with Run("vehicle", "calibrate vehicle", output) as run:

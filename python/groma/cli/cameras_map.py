@@ -8,10 +8,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.io.network_recording import open_network
-from groma.network import network_defaults
 from groma.runs.network import map_network_into
 from groma.runs.run import Run
-from groma.settings import chosen
+from groma.tables import settings_of
 
 
 def map_(
@@ -34,6 +33,6 @@ def map_(
     config
         TOML with a table [cameras] (groma config prints it) or the run.toml of another run.
     """
-    settings = chosen(network_defaults(), config, "cameras", {})
+    settings = settings_of("cameras", config)
     with Run("network", "cameras map", output) as run:
         map_network_into(run, open_network(recording), settings)

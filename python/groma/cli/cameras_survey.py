@@ -16,8 +16,7 @@ from groma.runs.network import map_network_into
 from groma.runs.place import check_place
 from groma.runs.record import shown_command
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import tables
+from groma.tables import settings_of
 
 
 def survey(
@@ -62,7 +61,7 @@ def survey(
     link
         Where to meet.
     """
-    settings = chosen(tables()["cameras"](), config, "cameras", {})
+    settings = settings_of("cameras", config)
     leading = leaders(open_setup(setup), building, sigma)
     played = None if drive is None else open_recording(drive)
     check_place(output)

@@ -38,5 +38,5 @@ def plan_simulated(whole: Run, recordings: Path, seed: int) -> tuple[None, list[
     with Run("plan", TITLES[0], drive, command="", within=whole) as run:
         told = plan_into(run, Building(building), Settings(), {"scene": "sparse", "seed": seed}, frames=True)
     with Run("evaluation", TITLES[1], strategies, command="", within=whole) as run:
-        compare_into(run, [building], LAMBDAS, {"scene": "sparse"})
+        compare_into(run, [building], LAMBDAS)
     return None, [told]

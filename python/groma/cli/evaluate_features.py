@@ -13,8 +13,7 @@ from groma.report.feature_report import feature_figures, feature_report, feature
 from groma.report.words import count
 from groma.runs.evaluation import check_recordings, evaluated
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import tables
+from groma.tables import settings_of
 
 
 def features(
@@ -49,7 +48,7 @@ def features(
         TOML with a table [features] (groma config prints it) or the run.toml of another run.
     """
     check_recordings(logs, poses)
-    settings = chosen(tables()["features"](), config, "features", {"every": every})
+    settings = settings_of("features", config, every=every)
     thinned = int(str(settings["every"]))
     if thinned < 1:
         raise UserError(f"--every {thinned}: must be at least 1")

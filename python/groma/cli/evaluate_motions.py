@@ -12,8 +12,8 @@ from groma.camera_plan import DEFAULTS, Stage, Tries, middle_height, mount
 from groma.errors import UserError
 from groma.runs.motions import try_motions_into
 from groma.runs.run import Run
-from groma.settings import Settings, chosen
-from groma.tables import tables
+from groma.settings import Settings
+from groma.tables import settings_of
 
 
 def motions(
@@ -53,7 +53,7 @@ def motions(
         TOML with a table [motions] (groma config prints it) or the run.toml of another run.
     """
     options = {"height": height, "distance": distance, "runs": runs, "views": views, "seed": seed}
-    settings = chosen(tables()["motions"](), config, "motions", options | {"errors": errors or None})
+    settings = settings_of("motions", config, **options, errors=errors or None)
     for name, least in (("runs", 2), ("views", 3), ("seed", 0)):
         if _whole(settings, name) < least:
             raise UserError(f"--{name} {settings[name]}: must be at least {least}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import cast
 
 from groma.errors import UserError
-from groma.evaluation.association import Rule
+from groma.evaluation.association import Matching, Rule
 from groma.evaluation.reference import evaluate_reference
 from groma.evaluation.relations import evaluate_relations, read_relations
 from groma.findings import Finding
@@ -22,6 +22,7 @@ from groma.report.trajectory_figures import (
     relation_text,
 )
 from groma.runs.run import Run
+from groma.tables import settings_of, typed
 
 _NOT_PLANAR = "the relations have height, roll or pitch; only x, y and yaw are compared"
 
@@ -33,10 +34,11 @@ def trajectory(
     relations: Path | None = None,
     reference: Path | None = None,
     odometry: Path | None = None,
-    assoc: Rule = "nearest",
-    max_dt: float = 0.1,
-    max_gap: float = 2.0,
+    assoc: Rule | None = None,
+    max_dt: float | None = None,
+    max_gap: float | None = None,
     json: bool = False,
+    config: Path | None = None,
 ) -> None:
     """Say how far a trajectory is from the truth. All files may be gzipped.
 
@@ -55,19 +57,23 @@ def trajectory(
     odometry
         TUM; moves the nearest pose to the time of a relation that is further than --max-dt.
     assoc
-        Which pose stands for a time: the nearest, or the one interpolated between the neighbours.
+        Which pose stands for a time: the nearest (when left out), or the one interpolated between the neighbours.
     max_dt
-        Largest time to the nearest pose [s].
+        Largest time to the nearest pose [s]; 0.1 when left out.
     max_gap
-        Largest gap that is interpolated over [s].
+        Largest gap that is interpolated over [s]; 2 when left out.
     json
         Print all figures as JSON.
+    config
+        TOML with a table [trajectory] (groma config prints it).
     """
+    settings = settings_of("trajectory", config, assoc=assoc, max_dt=max_dt, max_gap=max_gap)
+    matching = typed(Matching, settings, "trajectory")
     if (relations is None) == (reference is None):
         raise UserError("give either --relations or --reference")
-    if odometry is not None and (relations is None or assoc != "nearest"):
+    if odometry is not None and (relations is None or matching.assoc != "nearest"):
         raise UserError("--odometry serves only --relations with --assoc nearest")
-    if not (0 <= max_dt < math.inf and 0 <= max_gap < math.inf):
+    if not (0 <= matching.max_dt < math.inf and 0 <= matching.max_gap < math.inf):
         raise UserError("--max-dt and --max-gap are seconds from 0")
     with Run("evaluation", "evaluate trajectory", folder=False) as run:
         estimated = _read(run, estimate)
@@ -76,12 +82,12 @@ def trajectory(
             if not truth.planar:
                 run.note(Finding("assumption", _NOT_PLANAR))
             odometry_read = _read(run, odometry) if odometry is not None else None
-            errors = evaluate_relations(truth, estimated, odometry_read, assoc, max_dt, max_gap)
+            errors = evaluate_relations(truth, estimated, odometry_read, matching)
             check_associated(errors, truth, estimated, estimate)
             figures, told = relation_figures(errors), relation_text(errors)
         else:
             known = _read(run, cast(Path, reference))
-            judged = evaluate_reference(estimated, known, assoc, max_dt, max_gap)
+            judged = evaluate_reference(estimated, known, matching)
             figures, told = reference_figures(judged), reference_text(judged)
         run.say(told)
         run.finish(cast(Mapping[str, object], figures), as_json=json)

@@ -19,8 +19,7 @@ from groma.mapping import no_landmarks
 from groma.runs.kinds import check_kind, file_in
 from groma.runs.localization import localize_into
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import tables
+from groma.tables import settings_of
 
 Mode = Literal["static", "dynamic", "mixed", "reflectors"]
 _STREAMS = ("scan_stream", "odometry_stream")
@@ -70,7 +69,7 @@ def localize(
         TOML with a table [localize] (groma config prints it) or the run.toml of another run.
     """
     given = {"start": start, "scan_stream": scans, "odometry_stream": odometry, "mode": mode}
-    settings = chosen(tables()["localize"](), config, "localize", given)
+    settings = settings_of("localize", config, **given)
     streams = {name: None if settings[name] is None else str(settings[name]) for name in _STREAMS}
     pose = _start(str(settings["start"]), settings["mode"] == "dynamic" and map_ is None)
     with Run("localization", "localize", output, settings={"localize": settings}) as run:

@@ -13,11 +13,11 @@ from groma.io.drive import Drive, open_drive
 from groma.io.recording import Recording
 from groma.io.vehicle_file import read_vehicle
 from groma.io.wheel_drive import STREAM, open_wheel_drive
-from groma.mapper import map_defaults
 from groma.runs.kinds import file_in
 from groma.runs.map import map_at_poses_into, map_into
 from groma.runs.run import Run
-from groma.settings import Settings, chosen
+from groma.settings import Settings
+from groma.tables import settings_of
 
 
 def map_(
@@ -75,7 +75,7 @@ def map_(
         load_rerun()
     _use_threads(threads)
     options = {"online": online or None, "resolution": resolution, "scans": scans, "odometry": odometry}
-    settings = chosen(map_defaults(), config, "map", options)
+    settings = settings_of("map", config, **options)
     with Run("map", "map", output) as run:
         drive = _drive(run.open(file), vehicle, settings)
         run.inputs["vehicle"] = vehicle

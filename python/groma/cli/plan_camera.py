@@ -15,8 +15,7 @@ from groma.io.notes import Notes
 from groma.io.target_file import read_target
 from groma.runs.camera_plan import plan_camera_into
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import RECORDED, search_of, tables
+from groma.tables import search_of, settings_of
 
 HEIGHT, DOWN = 2.0, 25.0
 """Of a camera whose place is not said [m, deg]."""
@@ -88,7 +87,7 @@ def camera(
         TOML with a table [plan_camera] (groma config prints it) or the run.toml of another run.
     """
     given = {"depth": list(depth) if depth else None, "side": side, "sigma": sigma, "lambda": lambda_}
-    search = search_of(chosen(tables()["plan_camera"](), config, "plan_camera", given, RECORDED["plan_camera"]))
+    search = search_of(settings_of("plan_camera", config, **given))
     placed = mapped(intrinsics, name, height, down) if intrinsics and intrinsics.suffix == ".json" else None
     asked = placed or described(
         intrinsics, image, focal, HEIGHT if height is None else height, DOWN if down is None else down

@@ -9,8 +9,7 @@ from cyclopts import Parameter
 
 from groma.runs.promotion import promote_into
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import tables
+from groma.tables import settings_of
 
 
 def promote(
@@ -38,6 +37,6 @@ def promote(
     config
         TOML with a table [promote] (groma config prints it) or the run.toml of another run.
     """
-    settings = chosen(tables()["promote"](), config, "promote", {"days": days})
+    settings = settings_of("promote", config, days=days)
     with Run("promotion", "promote", output) as run:
         promote_into(run, map_, drives, settings)

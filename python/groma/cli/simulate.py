@@ -16,8 +16,10 @@ from groma.cli.parameters import PLAIN
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
+from groma.settings import Settings
 from groma.simulation import Simulated, scenario, true_relations, write_relations
 from groma.simulation import simulate as run
+from groma.tables import settings_of
 
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
@@ -29,7 +31,14 @@ app.command("groma.cli.simulate_localization:localization")
 
 
 @app.default
-def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")], seed: int = 1) -> None:
+def simulate(
+    scene: Scene,
+    /,
+    *,
+    output: Annotated[Path, Parameter(alias="-o")],
+    seed: int | None = None,
+    config: Path | None = None,
+) -> None:
     """Simulate a drive: writes FILE, FILE-truth.tum and FILE.relations (FILE without its suffix).
 
     groma simulate rooms -o rooms.mcap
@@ -44,17 +53,32 @@ def simulate(scene: Scene, /, *, output: Annotated[Path, Parameter(alias="-o")],
     output
         Recording to write: .csv, .csv.gz or .mcap.
     seed
-        Draws the building and all noise.
+        Draws the building and all noise; 1 when left out.
+    config
+        TOML with a table [simulate] (groma config prints it).
     """
     stem = recording_stem(output)
-    if seed < 0:
-        raise UserError(f"--seed {seed}: must be at least 0")
-    simulated = run(scenario(scene, seed))
+    drawn = seed_of(settings_of("simulate", config, seed=seed))
+    simulated = run(scenario(scene, drawn))
     write_recording(output, simulated)
     write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.stamps, simulated.truth)
     relations = true_relations(simulated.scan_stamps, simulated.scan_truth)
     write_relations(stem.with_name(stem.name + ".relations"), relations)
-    print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {seed}")
+    print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {drawn}")
+
+
+def seed_of(settings: Settings) -> int:
+    """Return the seed of a simulation.
+
+    Raises
+    ------
+    UserError
+        When there is none of this number.
+    """
+    seed = int(str(settings["seed"]))
+    if seed < 0:
+        raise UserError(f"--seed {seed}: must be at least 0")
+    return seed
 
 
 def recording_stem(output: Path) -> Path:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from PIL import Image
 
-from groma.errors import UserError
+from groma.cli.simulate import seed_of
 from groma.io.atomic import replacing
 from groma.io.network_recording import write_network
 from groma.io.toml import to_toml
@@ -17,6 +17,7 @@ from groma.network_simulation import SimulatedNetwork, network_scene, simulate_n
 from groma.rendered_network import Keep, rendered_messages
 from groma.rendering import Gray
 from groma.runs.run import Run
+from groma.tables import settings_of
 
 Scene = Literal["corridor", "loop", "laps", "hallway"]
 
@@ -26,8 +27,9 @@ def cameras(
     /,
     *,
     output: Annotated[Path, Parameter(alias="-o")],
-    seed: int = 1,
+    seed: int | None = None,
     images: bool = False,
+    config: Path | None = None,
 ) -> None:
     """Simulate a survey of cameras: writes a folder that `groma cameras map` takes, truth and settings in it.
 
@@ -43,24 +45,27 @@ def cameras(
     output
         Folder to write.
     seed
-        Draws all noise.
+        Draws all noise; 1 when left out.
     images
         Let the cameras take images, with lens, blur and noise, and find the corners in them by the real detector; they
         are written to images/CAMERA/STOP.png. Takes minutes instead of seconds.
+    config
+        TOML with a table [simulate_cameras] (groma config prints it) or the run.toml of another run.
     """
-    if seed < 0:
-        raise UserError(f"--seed {seed}: must be at least 0")
-    simulated = simulate_network(network_scene(scene, seed))
+    settings = settings_of("simulate_cameras", config, seed=seed, images=images or None)
+    drawn = seed_of(settings)
+    simulated = simulate_network(network_scene(scene, drawn))
     known = simulated.scene.known()
-    given = {"scene": scene, "seed": seed, "images": images}
-    with Run("recording", "simulate cameras", output, settings={"simulate": given}) as run:
+    recorded = {"scene": scene, **settings}
+    with Run("recording", "simulate cameras", output, settings={"simulate_cameras": recorded}) as run:
+        images = bool(settings["images"])
         messages = rendered_messages(simulated, keep=_keep(run.folder / "images")) if images else simulated.messages()
         write_network(run.folder, simulated.scene.target, known, messages)
         run.write_text("truth.json", _truth(simulated))
         run.write_text("settings.toml", to_toml({"cameras": simulated.scene.settings()}))
         stops, seen = len(simulated.stops), len(simulated.detections)
         figures = {"cameras": len(known), "stops": stops, "panels_seen": seen}
-        run.finish(figures, f"{len(known)} cameras, {stops} stops, {seen} panels seen, seed {seed}.")
+        run.finish(figures, f"{len(known)} cameras, {stops} stops, {seen} panels seen, seed {drawn}.")
 
 
 def _keep(folder: Path) -> Keep:

@@ -8,29 +8,33 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
+from groma.cli.simulate import seed_of
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.reflector_list import write_reflectors
 from groma.io.trajectory import write_tum
 from groma.io.vehicle_file import write_vehicle
 from groma.localization_simulation import (
-    Day,
+    Rounds,
     calibrated_vehicle,
     drive_scenario,
     drives,
     standing_reflectors,
 )
 from groma.runs.run import Run
+from groma.settings import Settings
 from groma.simulation import Scenario, Simulated, simulate
+from groma.tables import settings_of, typed
 
 
 def localization(
     *,
     output: Annotated[Path, Parameter(alias="-o")],
-    runs: int = 6,
-    reflectors: float = 1.0,
-    changed: float = 0.1,
-    seed: int = 1,
+    runs: int | None = None,
+    reflectors: float | None = None,
+    changed: float | None = None,
+    seed: int | None = None,
+    config: Path | None = None,
 ) -> None:
     """Simulate a survey of a warehouse, four paths of 12, 12, 12 and 7 m, and a round of ten halting points.
 
@@ -46,29 +50,31 @@ def localization(
     output
         Folder to write.
     runs
-        Drives along each path.
+        Drives along each path; six when left out.
     reflectors
-        Share of the reflectors that hang, during the survey and after.
+        Share of the reflectors that hang, during the survey and after; 1 when left out.
     changed
-        Share of the pallets that were moved since the survey.
+        Share of the pallets that were moved since the survey; 0.1 when left out.
     seed
-        Draws the building, what was moved, and what the calibration is off by.
+        Draws the building, what was moved, and what the calibration is off by; 1 when left out.
+    config
+        TOML with a table [simulate_localization] (groma config prints it) or the run.toml of another run.
     """
-    _check(runs, reflectors, changed, seed)
-    given = {"runs": runs, "reflectors": reflectors, "changed": changed, "seed": seed}
-    with Run("recording", "simulate localization", output, settings={"simulate": given}) as run:
-        planned = list(drives(runs))
+    options = {"runs": runs, "reflectors": reflectors, "changed": changed, "seed": seed}
+    settings = settings_of("simulate_localization", config, **options)
+    rounds = _checked(settings)
+    with Run("recording", "simulate localization", output, settings={"simulate_localization": settings}) as run:
+        planned = list(drives(rounds.runs))
         with run.stage("drives", len(planned)) as show:
             for count, (name, drive, noise) in enumerate(run.until_cancelled(planned), 1):
-                day = Day(seed, 0, 0.0, reflectors) if drive == "survey" else Day(seed, 1, changed, reflectors)
-                plan = drive_scenario(drive, day, noise)
+                plan = drive_scenario(drive, rounds.day(drive), noise)
                 driven = _written(run, name, plan)
                 show(count)
                 if drive == "survey":
-                    write_vehicle(run.path("vehicle.toml"), calibrated_vehicle(plan, seed))
+                    write_vehicle(run.path("vehicle.toml"), calibrated_vehicle(plan, rounds.seed))
                     write_reflectors(run.path("reflectors.csv"), standing_reflectors(driven.circles, driven.segments))
-        shares = f"{reflectors:.0%} of the reflectors, {changed:.0%} of the pallets moved"
-        run.finish({"drives": len(planned)}, f"{len(planned)} drives, {shares}, seed {seed}.")
+        shares = f"{rounds.reflectors:.0%} of the reflectors, {rounds.changed:.0%} of the pallets moved"
+        run.finish({"drives": len(planned)}, f"{len(planned)} drives, {shares}, seed {rounds.seed}.")
 
 
 def _written(run: Run, name: str, plan: Scenario) -> Simulated:
@@ -81,11 +87,12 @@ def _written(run: Run, name: str, plan: Scenario) -> Simulated:
     return driven
 
 
-def _check(runs: int, reflectors: float, changed: float, seed: int) -> None:
-    if runs < 1:
-        raise UserError(f"--runs {runs}: must be at least 1")
-    for name, share in (("reflectors", reflectors), ("changed", changed)):
+def _checked(settings: Settings) -> Rounds:
+    seed_of(settings)
+    rounds = typed(Rounds, settings, "simulate_localization")
+    if rounds.runs < 1:
+        raise UserError(f"--runs {rounds.runs}: must be at least 1")
+    for name, share in (("reflectors", rounds.reflectors), ("changed", rounds.changed)):
         if not 0 <= share <= 1:
             raise UserError(f"--{name} {share}: is a share, from 0 to 1")
-    if seed < 0:
-        raise UserError(f"--seed {seed}: must be at least 0")
+    return rounds

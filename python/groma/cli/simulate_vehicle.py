@@ -10,17 +10,19 @@ import msgspec
 import numpy as np
 from cyclopts import Parameter
 
-from groma.cli.simulate import recording_stem
+from groma.cli.simulate import recording_stem, seed_of
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
 from groma.io.vehicle_file import write_vehicle
+from groma.tables import settings_of, typed
 from groma.vehicle import Model
 from groma.vehicle_simulation import (
     Arcs,
     CalibrationDrive,
     CalibrationScenario,
     Continuous,
+    Course,
     Differential,
     Tricycle,
     calibration_scenario,
@@ -35,12 +37,13 @@ ASYMMETRY = math.radians(6.74)
 def vehicle(
     *,
     output: Annotated[Path, Parameter(alias="-o")],
-    model: Model = "tricycle",
-    drive: Literal["arcs", "continuous"] = "arcs",
-    arcs: int = 16,
-    duration: float = 60.0,
-    delay: float = 0.0,
-    seed: int = 1,
+    model: Model | None = None,
+    drive: Literal["arcs", "continuous"] | None = None,
+    arcs: int | None = None,
+    duration: float | None = None,
+    delay: float | None = None,
+    seed: int | None = None,
+    config: Path | None = None,
 ) -> None:
     """Simulate a drive to calibrate by: writes FILE, FILE-truth.toml (the vehicle) and FILE-truth.tum (its path).
 
@@ -53,47 +56,58 @@ def vehicle(
     output
         Recording to write: .csv, .csv.gz or .mcap.
     model
-        What drives.
+        What drives; a tricycle when left out.
     drive
         arcs: from standstill to standstill, left and right, forward and backward. continuous: ordinary driving.
+        arcs when left out.
     arcs
-        Number of arcs, a multiple of 4.
+        Number of arcs, a multiple of 4; 16 when left out.
     duration
-        Of continuous driving [s].
+        Of continuous driving [s]; 60 when left out.
     delay
-        By how much the stamps of the wheels are later than those of the scans [s].
+        By how much the stamps of the wheels are later than those of the scans [s]; 0 when left out.
     seed
-        Draws the hall and all noise.
+        Draws the hall and all noise; 1 when left out.
+    config
+        TOML with a table [simulate_vehicle] (groma config prints it).
     """
     stem = recording_stem(output)
-    simulated = simulate_calibration(_scenario(model, drive, arcs, duration, delay, seed))
+    options = {"model": model, "drive": drive, "arcs": arcs, "duration": duration, "delay": delay, "seed": seed}
+    settings = settings_of("simulate_vehicle", config, **options)
+    seed_of(settings)
+    course = typed(Course, settings, "simulate_vehicle")
+    simulated = simulate_calibration(_scenario(course))
     write_recording(output, simulated)
     write_vehicle(stem.with_name(stem.name + "-truth.toml"), true_vehicle(simulated.scenario))
-    write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.wheel_stamps - delay, simulated.truth)
-    print(f"{output}: {_summary(simulated)}, seed {seed}")
+    write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.wheel_stamps - course.delay, simulated.truth)
+    print(f"{output}: {_summary(simulated)}, seed {course.seed}")
 
 
-def _scenario(model: Model, drive: str, arcs: int, duration: float, delay: float, seed: int) -> CalibrationScenario:
-    if arcs < 4 or arcs % 4:
-        raise UserError(f"--arcs {arcs}: must be a multiple of 4: every angle is driven left, right, forward, backward")
-    if not 0 < duration < 1e5:
-        raise UserError(f"--duration {duration}: must be above 0")
-    if not abs(delay) < 10:
-        raise UserError(f"--delay {delay}: is seconds, below 10")
-    if seed < 0:
-        raise UserError(f"--seed {seed}: must be at least 0")
-    drivetrain: Tricycle | Differential = Differential() if model == "differential" else Tricycle()
-    if isinstance(drivetrain, Tricycle) and model == "tricycle-asymmetric":
-        forward = drivetrain.steering_offset_forward
-        drivetrain = msgspec.structs.replace(drivetrain, steering_offset_backward=forward - ASYMMETRY)
-    scenario = calibration_scenario(drivetrain, seed)
+def _scenario(course: Course) -> CalibrationScenario:
+    if course.arcs < 4 or course.arcs % 4:
+        rule = "must be a multiple of 4: every angle is driven left, right, forward, backward"
+        raise UserError(f"--arcs {course.arcs}: {rule}")
+    if not 0 < course.duration < 1e5:
+        raise UserError(f"--duration {course.duration}: must be above 0")
+    if not abs(course.delay) < 10:
+        raise UserError(f"--delay {course.delay}: is seconds, below 10")
+    scenario = calibration_scenario(_drivetrain(course.model), course.seed)
     program = scenario.program
     if isinstance(program, Arcs):
-        largest = program.to
-        arc_program = msgspec.structs.replace(program, angles=arcs // 4)
-        chosen = Continuous(duration, largest) if drive == "continuous" else arc_program
-        scenario = msgspec.structs.replace(scenario, program=chosen, delay=delay)
+        arcs = msgspec.structs.replace(program, angles=course.arcs // 4)
+        driven = Continuous(course.duration, program.to) if course.drive == "continuous" else arcs
+        scenario = msgspec.structs.replace(scenario, program=driven, delay=course.delay)
     return scenario
+
+
+def _drivetrain(model: Model) -> Tricycle | Differential:
+    if model == "differential":
+        return Differential()
+    tricycle = Tricycle()
+    if model == "tricycle":
+        return tricycle
+    backward = tricycle.steering_offset_forward - ASYMMETRY
+    return msgspec.structs.replace(tricycle, steering_offset_backward=backward)
 
 
 def _summary(simulated: CalibrationDrive) -> str:

@@ -30,6 +30,17 @@ _ODOMETRY_REACH = 1.0
 
 
 @dataclass(frozen=True, slots=True)
+class Matching:
+    """Which pose stands for a time."""
+
+    assoc: Rule = "nearest"
+    max_dt: float = 0.1
+    """Largest time to the nearest pose [s]."""
+    max_gap: float = 2.0
+    """Largest gap that is interpolated over [s]."""
+
+
+@dataclass(frozen=True, slots=True)
 class Lookup:
     """Poses at N times."""
 
@@ -49,9 +60,7 @@ class Lookup:
 def look_up(
     trajectory: Trajectory,
     times: Array,
-    rule: Rule = "nearest",
-    max_dt: float = 0.1,
-    max_gap: float = 2.0,
+    matching: Matching = Matching(),
     odometry: Trajectory | None = None,
 ) -> Lookup:
     """Return the poses of a trajectory at times (N,).
@@ -62,16 +71,14 @@ def look_up(
         At least one pose.
     times
         (N,) seconds, any order.
-    rule
+    matching
         See above.
-    max_dt, max_gap
-        Seconds.
     odometry
         Used by `nearest` only.
     """
-    if rule == "interp":
-        return _interpolated(trajectory, times, max_dt, max_gap)
-    return _nearest(trajectory, times, max_dt, odometry)
+    if matching.assoc == "interp":
+        return _interpolated(trajectory, times, matching.max_dt, matching.max_gap)
+    return _nearest(trajectory, times, matching.max_dt, odometry)
 
 
 def nearest(stamps: Array, times: Array) -> Indices:

@@ -16,12 +16,45 @@ from dataclasses import dataclass
 import numpy as np
 
 from groma._core import Token
-from groma.exploration import RULES, STRATEGIES, WEIGHING, Budget, Graph, Lambda, Settings, StrategyName, explore
+from groma.exploration import (
+    RULES,
+    STRATEGIES,
+    WEIGHING,
+    Budget,
+    Graph,
+    Lambda,
+    SceneName,
+    Settings,
+    StrategyName,
+    explore,
+    scene,
+)
 
 LAMBDAS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 """Metres that one square metre of summed variance is worth, from hasty to thorough."""
 _T = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131)
 """Student's t, 0.975, from 1 degree of freedom on; beyond, 1.96 + 2.5 / dof is right to 0.2 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What strategies are compared on when no buildings are given: idealised ones, and the weights to try."""
+
+    scene: SceneName = "sparse"
+    size: int = 16
+    """Cameras of a building."""
+    step: float = 8.0
+    """Distance between neighbouring cameras [m]."""
+    density: float = 0.7
+    """Of sparse buildings: share of the edges beyond a tree."""
+    buildings: int = 12
+    """How many are drawn, with the seeds 0, 1, ...; only sparse ones differ."""
+    lambdas: tuple[float, ...] = LAMBDAS
+
+    def scenes(self) -> list[Graph]:
+        """Return the buildings."""
+        seeds = range(self.buildings if self.scene == "sparse" else 1)
+        return [scene(self.scene, size=self.size, step=self.step, density=self.density, seed=seed) for seed in seeds]
 
 
 @dataclass(frozen=True, slots=True)

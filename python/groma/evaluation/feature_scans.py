@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.errors import UserError
-from groma.evaluation.association import look_up
+from groma.evaluation.association import Matching, look_up
 from groma.evaluation.se2 import compose
 from groma.findings import Finding
 from groma.io.drive import Drive, open_drive
@@ -74,7 +74,7 @@ def read_posed_scans(recording: Recording, poses: Path | None, every: int) -> Po
     if not scans:
         raise UserError(f"{path}: no scan in it has a time")
     stamps = np.array([scan.stamp for scan in scans])
-    found = look_up(trajectory, stamps, "interp", _NEAR_S, _GAP_S)
+    found = look_up(trajectory, stamps, Matching("interp", _NEAR_S, _GAP_S))
     if not found.found.any():
         raise UserError(
             f"{poses or path}: no scan has a pose: the scans span {stamps[0]:.3f} to {stamps[-1]:.3f} s, "

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.errors import UserError
-from groma.evaluation.association import Rule, look_up
+from groma.evaluation.association import Matching, look_up
 from groma.evaluation.se2 import compose, relative
 from groma.io.trajectory import Trajectory
 
@@ -56,7 +56,9 @@ class ReferenceErrors:
 
 
 def evaluate_reference(
-    estimate: Trajectory, reference: Trajectory, rule: Rule = "nearest", max_dt: float = 0.1, max_gap: float = 2.0
+    estimate: Trajectory,
+    reference: Trajectory,
+    matching: Matching = Matching(),  # noqa: B008
 ) -> ReferenceErrors:
     """Compare an estimate with a reference.
 
@@ -65,9 +67,9 @@ def evaluate_reference(
     UserError
         When fewer than two poses have a counterpart.
     """
-    found = look_up(reference, estimate.stamps, rule, max_dt, max_gap)
+    found = look_up(reference, estimate.stamps, matching)
     if np.count_nonzero(found.found) < 2:
-        raise UserError(f"only {np.count_nonzero(found.found)} poses have a reference within {max_dt} s")
+        raise UserError(f"only {np.count_nonzero(found.found)} poses have a reference within {matching.max_dt} s")
     x, true = estimate.poses[found.found], found.poses[found.found]
     alignment = align(x[:, :2], true[:, :2])
     offset = compose(alignment, x)[:, :2] - true[:, :2]

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.errors import UserError
-from groma.evaluation.association import Rule, look_up
+from groma.evaluation.association import Matching, look_up
 from groma.evaluation.se2 import relative
 from groma.io.table import read_table
 from groma.io.trajectory import Trajectory
@@ -80,13 +80,11 @@ def evaluate_relations(
     relations: Relations,
     estimate: Trajectory,
     odometry: Trajectory | None = None,
-    rule: Rule = "nearest",
-    max_dt: float = 0.1,
-    max_gap: float = 2.0,
+    matching: Matching = Matching(),  # noqa: B008
 ) -> RelationErrors:
     """Compare an estimate with relations; see `association` for how a time gets its pose."""
     times, inverse = np.unique(relations.times, return_inverse=True)
-    found = look_up(estimate, times, rule, max_dt, max_gap, odometry)
+    found = look_up(estimate, times, matching, odometry)
     poses = found.poses[inverse.reshape(-1, 2)]
     usable = np.isfinite(poses).all(axis=(1, 2))
     error = relative(relations.poses, relative(poses[:, 0], poses[:, 1]))[usable]

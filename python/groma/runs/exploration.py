@@ -45,9 +45,8 @@ def plan_into(run: Run, building: Building, settings: Settings, given: Mapping[s
     return told
 
 
-def compare_into(run: Run, graphs: Sequence[Graph], lambdas: Sequence[float], given: Mapping[str, object]) -> None:
+def compare_into(run: Run, graphs: Sequence[Graph], lambdas: Sequence[float]) -> None:
     """Explore buildings by every strategy, and by the survey as far as each rule went; finish the run with it."""
-    run.settings = {"exploration": {**given, "buildings": len(graphs), "lambdas": list(lambdas)}}
     with run.stage("explorations") as show:
         curves = trade_offs(graphs, lambdas, progress=_told(show), token=run.token)
         matches = matched(graphs, progress=_told(show), token=run.token)
