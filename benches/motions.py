@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from time import monotonic
 
 import numpy as np
@@ -19,7 +20,7 @@ from groma.camera_calibration import calibrate_camera, projection_sigmas
 from groma.camera_plan import DEFAULTS, Judged, Stage, middle_height, mount, ranked
 from groma.detection import Detection
 from groma.errors import EstimationError
-from groma.floor import planar, spatial
+from groma.network import rotation_matrix
 from groma.rendering import render
 from groma.vision import detect
 
@@ -67,13 +68,23 @@ def tried(stage: Stage, judged: Judged, runs: int) -> tuple[list[Array], list[Ar
     return errors, claims, float(np.median(sigmas)), len(seen), reason
 
 
+def pose(position: Sequence[float], quaternion: Sequence[float]) -> Array:
+    """Return a pose as (4, 4); the quaternion is x, y, z, w."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation_matrix(np.array(quaternion)), position
+    return matrix
+
+
 def looks(stage: Stage, judged: Judged, seed: int) -> list[Detection]:
     """Return what is detected in the images of a drive."""
-    camera = np.linalg.inv(spatial(stage.mount[:3], stage.mount[3:]))
+    camera = np.linalg.inv(pose(stage.mount[:3], stage.mount[3:]))
     found = []
     for number, stop in enumerate(judged.stops):
-        places = [spatial(panel.position, panel.quaternion) for panel in judged.shown.panels]
-        poses = [camera @ planar(stop) @ place for place in places]
+        places = [pose(panel.position, panel.quaternion) for panel in judged.shown.panels]
+        poses = [
+            camera @ pose((*stop[:2], 0.0), (0.0, 0.0, np.sin(stop[2] / 2), np.cos(stop[2] / 2))) @ place
+            for place in places
+        ]
         image = render(stage.camera, judged.shown, poses, seed=seed + number)
         found += detect(image, judged.shown, camera="camera", stamp=float(number))[0]
     return found

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from groma.calibration import OdometryLog, SensorMotions, calibrate, closed_form, from_tuples
+from groma.calibration import OdometryLog, SensorMotions, calibrate, closed_form
 
 WINDOW = 0.5
 """Length of the motions of the tricycle [s]."""
@@ -23,8 +23,11 @@ def tuples(path: Path) -> tuple[OdometryLog, SensorMotions]:
     # Two objects may share a line.
     with gzip.open(path, "rt") as stream:
         rows = [json.loads(part + "}") for part in stream.read().split("}")[:-1]]
-    speeds = [[row["phi_l"], row["phi_r"]] for row in rows]
-    return from_tuples([row["T"] for row in rows], speeds, [row["sm"] for row in rows])
+    interval, speeds = np.array([row["T"] for row in rows]), np.array([[row["phi_l"], row["phi_r"]] for row in rows])
+    time = np.concatenate([[0.0], np.cumsum(interval)])
+    angles = np.vstack([np.zeros((1, 2)), np.cumsum(speeds * interval[:, None], axis=0)])
+    motions = SensorMotions(time[:-1], time[1:], np.array([row["sm"] for row in rows]))
+    return OdometryLog(time, angles), motions
 
 
 def tricycle_log(path: Path) -> tuple[OdometryLog, SensorMotions]:

@@ -29,10 +29,11 @@ from groma.camera_plan import (
 from groma.cli import run as command
 from groma.detection import Detection
 from groma.errors import UserError
-from groma.floor import foot_and_mount, from_floor, on_floor, planar, spatial
+from groma.floor import foot_and_mount, from_floor, on_floor
 from groma.io.camera_info import write_camera_info
 from groma.io.network_recording import write_covariance
 from groma.report.camera_plan_report import instruction
+from rigid import planar, seven, spatial
 
 QUICK = replace(DEFAULTS.search, target=2.0)
 
@@ -107,13 +108,13 @@ def test_a_camera_stands_above_its_foot_however_it_is_turned() -> None:
     foot, mounted = (3.0, -2.0, 2.5), mount(2.2, 0.6)
     roll = spatial((0, 0, 0), (0.0, 0.0, math.sin(0.05), math.cos(0.05)))
     camera = planar(foot) @ spatial(mounted[:3], mounted[3:]) @ roll
-    found = foot_and_mount(camera)
+    found = foot_and_mount(seven(camera))
     assert found is not None
     assert found[0] == pytest.approx(foot)
     assert planar(found[0]) @ spatial(found[1][:3], found[1][3:]) == pytest.approx(camera)
     assert on_floor(foot, from_floor(foot, (2.0, 0.3, -1.0))) == pytest.approx((2.0, 0.3, -1.0))
     camera[2, 3] = -1.0
-    assert foot_and_mount(camera) is None, "below the floor"
+    assert foot_and_mount(seven(camera)) is None, "below the floor"
 
 
 def test_a_drive_is_told_as_a_driver_needs_it() -> None:

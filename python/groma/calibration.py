@@ -19,7 +19,6 @@ from groma import _core
 from groma.calibration_input import Array, blocks, to_readings, to_rows
 from groma.calibration_input import OdometryLog as OdometryLog
 from groma.calibration_input import SensorMotions as SensorMotions
-from groma.calibration_input import from_tuples as from_tuples
 
 Model = Literal["tricycle", "tricycle-asymmetric", "differential"]
 Free = Literal["wheelbase", "gain", "delay"]
@@ -111,6 +110,10 @@ class VehicleCalibration:
     """(p,)"""
     covariance: Array
     """(p, p), over the directions that are not weak."""
+    sigmas: Array
+    """(p,) standard deviations."""
+    correlation: Array
+    """(p, p) correlation coefficients."""
     fixed: dict[str, float]
     """Parameters that were given, by name."""
     chi_square: float
@@ -136,19 +139,6 @@ class VehicleCalibration:
     held_out: HeldOut | None
     notes: tuple[str, ...]
     """What was assumed, chosen or left out, in sentences."""
-
-    @property
-    def sigmas(self) -> Array:
-        """(p,) standard deviations."""
-        sigmas: Array = np.sqrt(np.diag(self.covariance))
-        return sigmas
-
-    @property
-    def correlation(self) -> Array:
-        """(p, p) correlation coefficients."""
-        sigmas = np.where(self.sigmas > 0.0, self.sigmas, 1.0)
-        correlation: Array = self.covariance / np.outer(sigmas, sigmas)
-        return correlation
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from groma import _core
+from groma.observations import shaped
+
 Array = NDArray[np.float64]
 
 
@@ -52,34 +55,11 @@ class SensorMotions:
         covariances
             (m + 1, 3, 3) of ``T * exp(xi)``.
         """
-        time, at = np.asarray(stamps, dtype=np.float64), np.asarray(poses, dtype=np.float64)
-        of_pose = np.asarray(covariances, dtype=np.float64)
-        step = np.diff(at, axis=0)
-        cos, sin = np.cos(at[:-1, 2]), np.sin(at[:-1, 2])
-        x, y = cos * step[:, 0] + sin * step[:, 1], cos * step[:, 1] - sin * step[:, 0]
-        motion = np.column_stack([x, y, step[:, 2]])
-        back = _adjoint_of_inverse(motion)
-        covariance = of_pose[1:] + back @ of_pose[:-1] @ back.transpose(0, 2, 1)
-        coupling = -of_pose[1:-1] @ back[1:].transpose(0, 2, 1)
+        time = np.ascontiguousarray(stamps, dtype=np.float64)
+        at = shaped("poses", poses, (len(time), 3))
+        of_pose = shaped("covariances", covariances, (len(time), 3, 3))
+        motion, covariance, coupling = _core.motions_between_poses(time, at, of_pose)
         return cls(time[:-1], time[1:], motion, covariance, coupling)
-
-
-def from_tuples(interval: ArrayLike, speeds: ArrayLike, motion: ArrayLike) -> tuple[OdometryLog, SensorMotions]:
-    """Lay motions of which only intervals and mean wheel speeds are known end to end.
-
-    Parameters
-    ----------
-    interval
-        (m,) length of each [s].
-    speeds
-        (m, 2) mean speed of the left and the right wheel [rad/s].
-    motion
-        (m, 3) of the laser, x, y, theta.
-    """
-    lengths, wheel = np.asarray(interval, dtype=np.float64), np.asarray(speeds, dtype=np.float64)
-    time = np.concatenate([[0.0], np.cumsum(lengths)])
-    ticks = np.vstack([np.zeros((1, 2)), np.cumsum(wheel * lengths[:, None], axis=0)])
-    return OdometryLog(time, ticks), SensorMotions(time[:-1], time[1:], np.asarray(motion, dtype=np.float64))
 
 
 def to_readings(log: OdometryLog) -> tuple[Array, Array]:
@@ -116,13 +96,3 @@ def blocks(name: str, values: Array | None, count: int) -> Array | None:
     if array.shape != (count, 3, 3):
         raise ValueError(f"{name} has shape {array.shape}: it must be ({count}, 3, 3)")
     return array
-
-
-def _adjoint_of_inverse(motion: Array) -> Array:
-    """(m, 3, 3) ``Ad(T^-1)``: a perturbation before a motion, seen after it."""
-    x, y, (cos, sin) = motion[:, 0], motion[:, 1], (np.cos(motion[:, 2]), np.sin(motion[:, 2]))
-    adjoint = np.zeros((len(motion), 3, 3))
-    adjoint[:, 0] = np.column_stack([cos, sin, x * sin - y * cos])
-    adjoint[:, 1] = np.column_stack([-sin, cos, x * cos + y * sin])
-    adjoint[:, 2, 2] = 1.0
-    return adjoint

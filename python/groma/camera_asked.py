@@ -13,7 +13,7 @@ from groma.camera import Camera
 from groma.camera_plan import DEFAULTS, mount
 from groma.detection import Detection
 from groma.errors import UserError
-from groma.floor import Mount, Pose, foot_and_mount, spatial
+from groma.floor import Mount, Pose, foot_and_mount
 from groma.io.camera_info import read_camera_info
 from groma.io.network_file import read_network, without_k3
 from groma.io.network_recording import read_covariance, read_detections
@@ -50,8 +50,7 @@ def mapped(path: Path, name: str | None, height: float | None, down: float | Non
     if name is None or name not in cameras:
         raise UserError(f"{path}: give --name, one of {', '.join(cameras) or 'none'}")
     chosen = cameras[name]
-    position, quaternion = chosen.pose[:3].tolist(), chosen.pose[3:].tolist()
-    placed = foot_and_mount(spatial(position, quaternion))
+    placed = foot_and_mount(chosen.pose.tolist())
     if placed is None:
         raise UserError(f"{path}: {name} is below the floor or looks straight down: no drive is planned for that")
     return Asked(chosen.camera, chosen.intrinsics_covariance, placed[1], placed[0], name)

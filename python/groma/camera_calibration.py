@@ -58,6 +58,12 @@ class ViewFit:
     """(k,) which corners were used."""
     rms: float
     """Root mean square length of the residuals of the corners used [pixel]; NaN without any."""
+    distance: float
+    """Of the origin of the panel [m]."""
+    tilt: float
+    """Angle between its normal and the line of sight [rad]."""
+    sigma_depth: float
+    """Standard deviation of its depth [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +75,10 @@ class CameraCalibration:
     """(n, n) covariance of the parameters as the residuals claim it."""
     covariance: Array
     """(n, n) covariance to pass on: the claimed one times ``max(1, honesty)^2``."""
+    sigmas_claimed: tuple[float, ...]
+    """(n,) standard deviations as the residuals claim them."""
+    sigmas: tuple[float, ...]
+    """(n,) standard deviations to pass on."""
     residual_factor: float
     """Standard deviation of a residual, relative to what the corners claim."""
     rms: float
@@ -223,14 +233,19 @@ def _result(camera: Camera, core: _core.CameraArrays, detections: Sequence[Detec
             residuals=residuals[ends[k] : ends[k + 1]],
             used=used[ends[k] : ends[k + 1]],
             rms=math.nan if (rms := core.view_rms[k]) is None else rms,
+            distance=place[0],
+            tilt=place[1],
+            sigma_depth=place[2],
         )
-        for k, detection in enumerate(detections)
-        if core.known[k]
+        for k, (detection, place) in enumerate(zip(detections, core.view_places, strict=True))
+        if place is not None
     ]
     return CameraCalibration(
         camera=camera,
         claimed=core.covariance.reshape(n, n),
         covariance=core.inflated.reshape(n, n),
+        sigmas_claimed=tuple(core.sigmas_claimed),
+        sigmas=tuple(core.sigmas),
         residual_factor=core.residual_factor,
         rms=core.rms,
         rms_all=core.rms_all,

@@ -117,6 +117,8 @@ class NetworkMap:
     """Sum of squares in standard deviations and number, of corners, odometry, floor and priors."""
     corner_chi_square: float
     """Of all corners per degree of freedom: near 1 the stated sigmas are honest; NaN without any."""
+    height_sigma: float
+    """Of the height that all cameras share with the target on the robot [m]; 0 where it was taken as given."""
     odometry_error: float
     """How far odometry alone ends from the last stop of the map [m]; NaN without a map."""
     path_length: float
@@ -244,6 +246,7 @@ def _network(arrays: dict[str, Any], names: tuple[str, ...], counts: dict[str, f
         slipped=arrays["slip"],
         residuals={kind: (chi, n) for kind, (chi, n) in arrays["residuals"]},
         corner_chi_square=_number(arrays["corner_chi_square"]),
+        height_sigma=arrays["height_sigma"],
         odometry_error=_number(arrays["odometry_error"]),
         path_length=arrays["path_length"],
         steps=arrays["steps"][0],

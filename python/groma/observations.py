@@ -119,13 +119,10 @@ class Observations:
         kind, orientation, descriptor
             As in :meth:`make`.
         """
-        x, y = np.asarray(point, dtype=np.float64).reshape(-1, 2).T
-        r = np.hypot(x, y)
-        with np.errstate(divide="ignore", invalid="ignore"):  # a point on the laser is refused by the localizer
-            j = np.stack([np.stack([x / r, y / r], -1), np.stack([-y / r**2, x / r**2], -1)], axis=1)
-            c = j @ shaped("covariance", covariance, (len(r), 2, 2)) @ j.transpose(0, 2, 1)
-        c = 0.5 * (c + c.transpose(0, 2, 1))
-        angles = np.arctan2(y, x)
+        points = np.ascontiguousarray(point, dtype=np.float64).reshape(-1, 2)
+        # A point on the laser has no bearing: the localizer refuses it.
+        polar, c = _core.points_seen(points, shaped("covariance", covariance, (len(points), 2, 2)))
+        r, angles = polar.T
         return cls.make(stamp, r, angles, covariance=c, kind=kind, orientation=orientation, descriptor=descriptor)
 
     def rows(self) -> Array:

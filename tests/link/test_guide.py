@@ -19,7 +19,6 @@ from groma.camera_calibration import calibrate_camera, projection_sigmas
 from groma.camera_plan import DEFAULTS, mount
 from groma.cli import run
 from groma.errors import UserError
-from groma.floor import planar, spatial
 from groma.io.camera_info import write_camera_info
 from groma.io.panels import write_panels
 from groma.link.guide import Advice, Guide, aim
@@ -27,6 +26,7 @@ from groma.link.leading import Leader, told
 from groma.link.leading import lead as lead_
 from groma.link.protocol import Corners, Detections, Numbered, Odometry, Stop
 from groma.network import KnownCamera
+from rigid import planar, spatial
 
 Pose = tuple[float, float, float]
 TRUE = Camera(640, 480, "radtan", (624.0, 622.0, 326.0, 231.0, -0.21, 0.06, 0.001, -0.001))

@@ -9,7 +9,7 @@ use groma_calibration::vehicle::parameters::{OFFSET_BACKWARD, OFFSET_FORWARD};
 use groma_calibration::vehicle::{
     Calibration, Model, Options, Request, Segments, Vehicle, calibrate, prediction, stopping,
 };
-use groma_models::Token;
+use groma_models::{Token, WheelNoise};
 use nalgebra::{DMatrix, DVector};
 
 /// Errors of many runs with what they claimed.
@@ -130,7 +130,8 @@ fn variance_is_that_of_the_bound_for_every_model() {
 /// the next: part of the stated covariance here.
 #[test]
 fn sixteen_arcs_give_the_sigmas_of_the_notes() {
-    let setting = symmetric(4, Options { steering: 0.0, ..known_noise() });
+    let setting =
+        symmetric(4, Options { noise: WheelNoise { steering: 0.0, ..WheelNoise::default() }, ..known_noise() });
     let (log, spans) = stop_and_go(&setting.vehicle, &grid(4, 18.0, 50.0, 180.0));
     let (noise, request) = (Noise::default_of_notes(), setting.request());
     let mut errors = Vec::new();

@@ -81,8 +81,8 @@ impl Cell {
         let (log, mut motions) = self.data(&mut Random::new(seed));
         let mut options = Options { folds: 0, ..Options::default() };
         if self.assumed != Assumed::Process {
-            self.state(&log, &mut motions, &options.noise());
-            (options.slip, options.steering) = (0.0, 0.0);
+            self.state(&log, &mut motions, &options.noise);
+            (options.noise.slip, options.noise.steering) = (0.0, 0.0);
         }
         let (model, wheelbase) = (Some(self.model), Some(drives::WHEELBASE));
         let request = Request { model, wheelbase, ..Request::default() };

@@ -12,7 +12,7 @@
 //! Sola et al., section III-C. Correlated elements are beyond it: their joint covariance is needed.
 
 use crate::lie_group::LieGroup;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix2, SMatrix, SVector};
 
 /// A mean and the covariance of its right perturbation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +50,12 @@ impl<G: LieGroup<D>, const D: usize> Gaussian<G, D> {
         let cholesky = nalgebra::linalg::Cholesky::new(self.covariance)?;
         Some(xi.dot(&cholesky.solve(&xi)))
     }
+}
+
+/// Standard deviation along the worst direction of the plane: root of the larger eigenvalue.
+#[must_use]
+pub fn largest_sigma(covariance: &Matrix2<f64>) -> f64 {
+    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
 /// `Ad_x C Ad_x^T`.

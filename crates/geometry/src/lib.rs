@@ -16,7 +16,7 @@ pub mod so2;
 pub mod so3;
 
 pub use angle::wrap;
-pub use gaussian::Gaussian;
+pub use gaussian::{Gaussian, largest_sigma};
 pub use lie_group::LieGroup;
 pub use se2::Se2;
 pub use se3::Se3;

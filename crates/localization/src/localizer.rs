@@ -14,7 +14,7 @@ use crate::options::Options;
 use crate::quality::{Monitor, Quality, Status, weakest};
 use crate::relocalize::Relocalizer;
 use crate::search::Search;
-use groma_geometry::Se2;
+use groma_geometry::{Se2, largest_sigma};
 use groma_models::LandmarkMap;
 use groma_models::bounds::{COORDINATE, STAMP, VARIANCE};
 use nalgebra::{Matrix3, SMatrix, Vector2};
@@ -227,8 +227,7 @@ impl Localizer {
 
     /// Along the weakest direction [m].
     pub(crate) fn sigma_position(&self) -> f64 {
-        let p = self.joint.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned();
-        p.symmetric_eigenvalues().max().max(0.0).sqrt()
+        largest_sigma(&self.joint.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned())
     }
 
     /// From where a beam was fired at `stamp`: the laser, seen from the vehicle now.

@@ -13,7 +13,7 @@ use groma_pipeline::message::WheelReading;
 use groma_pipeline::wheels::VirtualWheels;
 use nalgebra::Matrix3;
 use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -121,6 +121,9 @@ impl CalibrateVehicle {
     }
 }
 
+/// A row a point.
+type Rows<'py> = Bound<'py, PyArray2<f64>>;
+
 /// A calibration with what it was made of.
 #[pyclass(frozen)]
 struct CalibrationOutcome(Outcome);
@@ -155,6 +158,20 @@ impl CalibrationOutcome {
         let reasons: Vec<_> = left_out.iter().map(|l| (l.reason.text(), l.span.0, l.span.1)).collect();
         dict.set_item("left_out", reasons)?;
         Ok(dict)
+    }
+
+    /// Distance [m] and turn [rad] (m, 2) of every motion, by the wheels.
+    fn driven<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let driven = self.0.driven();
+        Array2::from_shape_fn((driven.len(), 2), |(k, c)| driven[k][c]).into_pyarray(py)
+    }
+
+    /// The path of the laser in pieces (k, 2): as measured, and as the wheels tell it.
+    fn laser_paths<'py>(&self, py: Python<'py>) -> Vec<(Rows<'py>, Rows<'py>)> {
+        let array = |points: &[nalgebra::Vector2<f64>]| {
+            Array2::from_shape_fn((points.len(), 2), |(k, c)| points[k][c]).into_pyarray(py)
+        };
+        self.0.laser_paths().iter().map(|path| (array(&path.measured), array(&path.told))).collect()
     }
 
     /// All that was noticed.

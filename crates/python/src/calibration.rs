@@ -154,6 +154,13 @@ pub(crate) fn to_dict<'py>(py: Python<'py>, found: &Calibration) -> PyResult<Bou
     dict.set_item("model", layout.model.name())?;
     dict.set_item("names", layout.names())?;
     dict.set_item("values", layout.values(&x).as_slice().to_vec().into_pyarray(py))?;
+    let sigma = |k: usize| found.covariance[(k, k)].sqrt();
+    let correlation = |(i, j): (usize, usize)| {
+        let scale = sigma(i) * sigma(j);
+        if scale > 0.0 { found.covariance[(i, j)] / scale } else { found.covariance[(i, j)] }
+    };
+    dict.set_item("sigmas", (0..n).map(sigma).collect::<Vec<_>>().into_pyarray(py))?;
+    dict.set_item("correlation", Array2::from_shape_fn((n, n), correlation).into_pyarray(py))?;
     dict.set_item("covariance", Array2::from_shape_fn((n, n), |i| found.covariance[i]).into_pyarray(py))?;
     dict.set_item("fixed", fixed)?;
     dict.set_item("chi_square", found.chi_square)?;

@@ -55,6 +55,9 @@ struct CameraArrays {
     residuals: Py<PyArray1<f64>>,
     used: Vec<bool>,
     view_rms: Vec<Option<f64>>,
+    view_places: Vec<Option<[f64; 3]>>,
+    sigmas_claimed: Vec<f64>,
+    sigmas: Vec<f64>,
 }
 
 /// Intrinsics from views: `views` is image and number of corners of each; points (N, 3), pixels (N, 2), sigmas (N).
@@ -136,8 +139,15 @@ fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraAr
         covariances: matrices(|v| v.covariance),
         residuals: PyArray1::from_iter(py, corners().flat_map(residual)).unbind(),
         used: corners().map(|(known, k)| known.as_ref().is_some_and(|v| v.used[k])).collect(),
+        view_places: found.views.iter().map(|v| v.as_ref().map(ViewResult::place)).collect(),
+        sigmas_claimed: sigmas(&found.covariance),
+        sigmas: sigmas(&found.inflated()),
         view_rms: found.views.iter().map(|v| v.as_ref().and_then(ViewResult::rms)).collect(),
     }
+}
+
+fn sigmas(covariance: &DMatrix<f64>) -> Vec<f64> {
+    covariance.diagonal().iter().map(|v| v.sqrt()).collect()
 }
 
 fn flat(py: Python<'_>, symmetric: &DMatrix<f64>) -> Py<PyArray1<f64>> {

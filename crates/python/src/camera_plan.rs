@@ -3,9 +3,10 @@
 use crate::camera::{invalid, parse};
 use crate::camera_calibration::sightings;
 use crate::gate;
+use crate::poses::{in_space, numbers};
 use crate::token::{Token, cancelled, interruptible};
 use groma_calibration::camera::Sighting;
-use groma_geometry::{Se2, Se3, So3};
+use groma_geometry::Se2;
 use groma_models::{Camera, Target};
 use groma_planning::Error;
 use groma_planning::camera::{
@@ -13,7 +14,7 @@ use groma_planning::camera::{
     nominal_camera, ranking, study, trials, upright_panels,
 };
 use groma_planning::exploration::Noise;
-use nalgebra::{DMatrix, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::DMatrix;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -29,30 +30,18 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(camera_study, m)?)
 }
 
-/// A pose as Python has it: position, then x, y, z, w.
-#[derive(Deserialize)]
-struct Pose([f64; 7]);
-
-impl Pose {
-    fn se3(&self) -> Se3 {
-        let [x, y, z, qx, qy, qz, qw] = self.0;
-        let quaternion = UnitQuaternion::new_normalize(Quaternion::new(qw, qx, qy, qz));
-        Se3 { rotation: So3 { quaternion }, translation: Vector3::new(x, y, z) }
-    }
-}
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StageSpec {
     camera: Camera,
-    mount: Pose,
+    mount: [f64; 7],
     target: Target,
     corner: f64,
 }
 
 impl StageSpec {
     fn stage(self) -> PyResult<Stage> {
-        Stage::new(self.camera, self.mount.se3(), self.target, self.corner).map_err(invalid)
+        Stage::new(self.camera, in_space(self.mount), self.target, self.corner).map_err(invalid)
     }
 }
 
@@ -76,9 +65,7 @@ fn camera_plan_defaults() -> PyResult<String> {
 /// Position, then x, y, z, w of a camera at a height, pitched down.
 #[pyfunction]
 fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
-    let mount = mount(height, pitch).map_err(invalid)?;
-    let (t, q) = (mount.translation, mount.rotation.quaternion);
-    Ok([t.x, t.y, t.z, q.i, q.j, q.k, q.w])
+    Ok(numbers(&mount(height, pitch).map_err(invalid)?))
 }
 
 /// The next best drives, or a drive given as `poses`. `known` has the covariance of the parameters, or null, the

@@ -15,6 +15,7 @@ mod map_at_poses;
 mod mapping;
 mod network;
 mod pose_graph;
+mod poses;
 mod promotion;
 mod recognition;
 mod rendering;
@@ -45,6 +46,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
     mapping::register(m)?;
     network::register(m)?;
     pose_graph::register(m)?;
+    poses::register(m)?;
     promotion::register(m)?;
     recognition::register(m)?;
     rendering::register(m)?;

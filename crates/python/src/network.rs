@@ -202,6 +202,7 @@ fn to_dict<'py>(py: Python<'py>, map: &NetworkMap) -> PyResult<Bound<'py, PyDict
     let kinds = [("corners", r.corners()), ("odometry", r.odometry), ("floor", r.floor), ("priors", r.priors)];
     out.set_item("residuals", kinds.to_vec())?;
     out.set_item("corner_chi_square", map.corner_chi_square())?;
+    out.set_item("height_sigma", map.height_sigma())?;
     out.set_item("odometry_error", map.odometry_error())?;
     out.set_item("path_length", map.path_length())?;
     out.set_item("steps", map.steps)?;

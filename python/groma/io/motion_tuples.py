@@ -11,13 +11,13 @@ Other keys are passed over.
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
 
+from groma import _core
 from groma.bounds import OutOfRangeError, require_all
 from groma.io.carmen_lines import LineError, Pose
 from groma.io.notes import Notes
@@ -49,7 +49,7 @@ class TupleRecording:
         for line_number, line in numbered_lines(self.path, self.notes):
             try:
                 for interval, rates, motion in _tuples(line):
-                    time, wheels, pose = time + interval, wheels + interval * rates, _composed(pose, motion)
+                    time, wheels, pose = time + interval, wheels + interval * rates, _core.composed(pose, motion)
                     yield from _at(time, wheels, pose, streams)
             except (LineError, OutOfRangeError) as error:
                 self.notes.reject(f"{self.path.name}:{line_number}", str(error))
@@ -84,9 +84,3 @@ def _tuple(read: object) -> tuple[float, Array, Pose]:
         raise LineError("T must be above 0, sm three numbers")
     require_all("motion", "tuple", numbers)
     return numbers[0], np.array(numbers[1:3]), (numbers[3], numbers[4], numbers[5])
-
-
-def _composed(pose: Pose, motion: Pose) -> Pose:
-    x, y, theta = pose
-    c, s = math.cos(theta), math.sin(theta)
-    return (x + c * motion[0] - s * motion[1], y + s * motion[0] + c * motion[1], theta + motion[2])

@@ -7,20 +7,20 @@ from __future__ import annotations
 
 import json
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from groma import _core
 from groma.bounds import in_file, require, require_all
 from groma.camera import Camera
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.panels import rpy
 from groma.io.table import read_bytes
-from groma.network import MappedCamera, NetworkMap, rotation_matrix
+from groma.network import MappedCamera, NetworkMap
 
 Array = NDArray[np.float64]
 
@@ -111,8 +111,9 @@ def transforms(network: NetworkMap) -> str:
 def chain(network: NetworkMap) -> dict[str, Array]:
     """Return ``T_cn_cnm1`` (4, 4) of each camera but the first, as Kalibr chains them."""
     cameras = [camera for camera in network.cameras if camera.current]
-    poses = [_matrix(camera.pose) for camera in cameras]
-    steps: list[Array] = [np.linalg.inv(pose) @ before for before, pose in pairwise(poses)]
+    if not cameras:
+        return {}
+    steps = _core.steps_back(np.array([camera.pose for camera in cameras]))
     return {camera.name: step for camera, step in zip(cameras[1:], steps, strict=True)}
 
 
@@ -141,12 +142,6 @@ def urdf(network: NetworkMap) -> str:
             "  </joint>",
         ]
     return "\n".join([*parts, "</robot>"]) + "\n"
-
-
-def _matrix(pose: Array) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation_matrix(pose[3:]), pose[:3]
-    return matrix
 
 
 def _quaternion(pose: Array) -> tuple[float, float, float, float]:

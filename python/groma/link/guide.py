@@ -12,14 +12,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
 from msgspec.structs import replace
 
 from groma.camera_calibration import panel_pose
 from groma.camera_plan import DEFAULTS, Search, Stage, Stop, plan_camera
 from groma.detection import Detection
 from groma.errors import UserError
-from groma.floor import Mount, Pose, foot_and_mount, from_floor, on_floor, planar, spatial
+from groma.floor import Mount, Pose, camera_by_panel, foot_and_mount, from_floor, on_floor
 from groma.io.link_messages import to_detection
 from groma.link import protocol
 from groma.network import KnownCamera
@@ -130,4 +129,4 @@ class Guide:
         if fit is None:
             return None
         # None where the camera is below the floor, or looks straight down: a mirrored pose.
-        return foot_and_mount(planar(pose) @ spatial(panel.position, panel.quaternion) @ np.linalg.inv(fit.pose))
+        return foot_and_mount(camera_by_panel(pose, (*panel.position, *panel.quaternion), fit.pose))

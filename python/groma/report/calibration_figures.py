@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.calibration import SensorMotions
-from groma.evaluation.se2 import compose
 from groma.vehicle import Vehicle
 from groma.vehicle_calibration import CONFIDENCE, CalibratedVehicle
 
@@ -22,58 +21,19 @@ class Driven:
     """What each motion was, by the calibrated wheels."""
 
     path: Array
-    """(m,) signed way of the base [m]."""
+    """(m,) distance of the base, negative backward [m]."""
     speed: Array
     """(m,) its mean [m/s]."""
     turn: Array
-    """(m,) curvature of the way [rad/m], 0 where there was none."""
+    """(m,) mean curvature of the path [rad/m], 0 where there was none."""
 
 
 def driven(result: CalibratedVehicle) -> Driven:
     """Return what each motion was."""
-    at = [_base_at(result, times) for times in (result.data.motions.start, result.data.motions.end)]
-    path, turn = at[1][:, 3] - at[0][:, 3], at[1][:, 2] - at[0][:, 2]
+    path, turn = result.core.driven().T
     time = result.data.motions.end - result.data.motions.start
     curvature = np.divide(turn, path, out=np.zeros_like(turn), where=np.abs(path) > 1e-3)
     return Driven(path, path / time, curvature)
-
-
-def laser_paths(result: CalibratedVehicle) -> tuple[list[Array], list[Array]]:
-    """Return the path of the laser in pieces (k, 3): as measured, motion by motion, and as the wheels tell it.
-
-    A piece has no break in it and starts where the wheels are.
-    """
-    motions, vehicle = result.data.motions, result.vehicle
-    joined = np.abs(motions.start[1:] - motions.end[:-1]) < 1e-6
-    pieces = np.split(np.arange(len(motions.start)), np.flatnonzero(~joined) + 1)
-    laser = np.array(vehicle.laser)
-    measured, told = [], []
-    for piece in pieces:
-        times = np.concatenate([motions.start[piece], motions.end[piece[-1:]]])
-        base = _base_at(result, np.linspace(times[0], times[-1], max(2, int((times[-1] - times[0]) / _DENSE))))
-        wheels = compose(base, laser)
-        chain = [wheels[0]]
-        for k in piece:
-            chain.append(compose(chain[-1], motions.motion[k]))
-        measured.append(np.array(chain))
-        told.append(wheels)
-    return measured, told
-
-
-_DENSE = 0.1
-"""Time between points of a path that is drawn [s]."""
-
-
-def _base_at(result: CalibratedVehicle, scan_times: Array) -> Array:
-    """Return pose of the base and its signed way (m, 4) by the wheels at times of scans."""
-    vehicle, wheels = result.vehicle, result.data.wheels
-    poses = wheels.dead_reckoning(vehicle)
-    step = np.diff(poses, axis=0)
-    middle = poses[:-1, 2] + step[:, 2] / 2
-    way = np.concatenate([[0.0], np.cumsum(step[:, 0] * np.cos(middle) + step[:, 1] * np.sin(middle))])
-    times = scan_times + vehicle.parameters["delay"]
-    table = np.column_stack([poses, way])
-    return np.column_stack([np.interp(times, wheels.time, column) for column in table.T])
 
 
 def calibration_figures(result: CalibratedVehicle) -> dict[str, object]:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from groma.report import drawing
-from groma.report.calibration_figures import driven, laser_paths
+from groma.report.calibration_figures import driven
 from groma.report.drawing import FINAL, LINE, MUTED, REJECTED, TRACKED, WIDTH, drawn
 from groma.vehicle_calibration import CalibratedVehicle
 
@@ -45,8 +45,8 @@ def by_speed(result: CalibratedVehicle) -> Figure:
 @drawn("Path of the laser: measured, and by the calibrated wheels")
 def paths(result: CalibratedVehicle) -> Figure:
     """Draw the path of the laser as measured and as the wheels tell it."""
-    measured, told = laser_paths(result)
-    points = np.vstack(measured + told)[:, :2]
+    pieces = result.core.laser_paths()
+    points = np.vstack([path for piece in pieces for path in piece])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.05 * max(*(high - low), 0.5)
     low, high = low - margin, high + margin
@@ -55,9 +55,9 @@ def paths(result: CalibratedVehicle) -> Figure:
     size = (high - low) * scale
     sheet = drawing.sheet(size[1] + _BOTTOM + 0.1)
     ax = drawing.axes(sheet, _LEFT, _BOTTOM, size[0], size[1])
-    for path in told:
+    for _, path in pieces:
         ax.plot(path[:, 0], path[:, 1], "-", color=FINAL, linewidth=1.2)
-    for path in measured:
+    for path, _ in pieces:
         ax.plot(path[:, 0], path[:, 1], "x", color=REJECTED, markersize=4, markeredgewidth=0.9)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
     return sheet

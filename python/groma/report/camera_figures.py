@@ -18,12 +18,11 @@ CELLS = (8, 6)
 
 def camera_figures(found: CameraCalibration, sightings: Sightings) -> Mapping[str, object]:
     """Return all figures by name."""
-    sigmas = np.sqrt(np.diag(found.covariance))
     worst = projection_sigmas(found.camera, found.covariance)[1]
     views = found.views
     return {
         "camera": dict(zip(found.camera.names, found.camera.parameters, strict=True)),
-        "sigma": dict(zip(found.camera.names, sigmas.tolist(), strict=True)),
+        "sigma": dict(zip(found.camera.names, found.sigmas, strict=True)),
         "lens": found.camera.lens,
         "images": len(sightings.names),
         "images_without_target": len(sightings.empty),

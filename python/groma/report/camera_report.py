@@ -81,12 +81,10 @@ def _facts(found: CameraCalibration) -> Html:
 
 
 def _parameters(found: CameraCalibration) -> Html:
-    claimed, passed = np.sqrt(np.diag(found.claimed)), np.sqrt(np.diag(found.covariance))
+    columns = (found.camera.names, found.camera.parameters, found.sigmas, found.sigmas_claimed, found.honesty.z_rms)
     rows = [
         [name, f"{value:.6g}", f"{s:.2g}", f"{c:.2g}", number(z, 1) if np.isfinite(z) and found.honesty.splits else "–"]
-        for name, value, s, c, z in zip(
-            found.camera.names, found.camera.parameters, passed, claimed, found.honesty.z_rms, strict=True
-        )
+        for name, value, s, c, z in zip(*columns, strict=True)
     ]
     head = ["parameter ", "value", "σ to use", "σ claimed", "halves differ [σ]"]
     note = (
@@ -164,21 +162,17 @@ def _views(found: CameraCalibration, sightings: Sightings) -> Html:
 
 
 def _view(view: ViewFit, sightings: Sightings) -> list[str]:
-    middle = view.pose[:3, 3]
-    distance = float(np.linalg.norm(middle))
-    tilt = np.degrees(np.arccos(min(1.0, abs(float(view.pose[:3, 2] @ middle)) / max(distance, 1e-9))))
     notes = [] if view.decided else ["mirrored pose fits nearly as well"]
     notes += [] if view.taken else ["held out"]
-    sigma = float(np.sqrt((view.pose[:3, :3] @ view.covariance[:3, :3] @ view.pose[:3, :3].T)[2, 2]))
     return [
         sightings.names[int(view.detection.stamp)],
         view.detection.panel,
         str(len(view.used)),
         str(int((~view.used).sum())),
         number(view.rms, 3),
-        number(distance, 2),
-        f"{number(float(tilt), 0)}°",
-        number(1000 * sigma, 1),
+        number(view.distance, 2),
+        f"{number(np.degrees(view.tilt), 0)}°",
+        number(1000 * view.sigma_depth, 1),
         ", ".join(notes),
     ]
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from groma import _core
 from groma.mapping import Closure, MapResult, PoseGraph
 
 Array = NDArray[np.float64]
@@ -34,9 +35,7 @@ def drift(poses: Array, final: Array) -> Array:
 
 def node_sigmas(graph: PoseGraph) -> tuple[Array, Array]:
     """Return the standard deviations of the nodes: position in the worst direction (N,) [m], heading (N,) [rad]."""
-    xx, xy, yy = graph.covariances[:, 0, 0], graph.covariances[:, 0, 1], graph.covariances[:, 1, 1]
-    largest = (xx + yy) / 2 + np.hypot((xx - yy) / 2, xy)
-    return np.sqrt(np.maximum(largest, 0)), np.sqrt(np.maximum(graph.covariances[:, 2, 2], 0))
+    return _core.planar_sigmas(np.ascontiguousarray(graph.covariances))
 
 
 def accepted(result: MapResult) -> list[Closure]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from groma.network import NetworkMap
 from groma.report.network_figures import current, sigma_position, sigma_rotation
 from groma.report.words import angle, count, length
@@ -45,7 +43,7 @@ def remedies(network: NetworkMap) -> str:
 
 
 def _height(network: NetworkMap) -> str:
-    sigma = math.sqrt(max(network.mount_covariance[2, 2], 0.0))
+    sigma = network.height_sigma
     if sigma == 0.0:
         return (
             "Height: a robot on a level floor cannot tell how high its target is; raising target and cameras together "

@@ -3,6 +3,8 @@
 //! ```text
 //! rms             root of the mean squared length of residuals [pixel]
 //! tilt spread     largest angle between the normals of two views that took part
+//! tilt            angle between the normal of a panel and the line of sight to its origin
+//! depth sigma     of that origin along the optical axis: root of (R C R^T)_zz, C of `T exp(xi)`
 //! weak direction  eigenvector of the largest eigenvalue of the correlation matrix: each parameter in units of its own
 //!                 standard deviation; its share is that eigenvalue over the sum of all
 //! ```
@@ -18,6 +20,15 @@ impl ViewResult {
     #[must_use]
     pub fn rms(&self) -> Option<f64> {
         rms(self.used_squares())
+    }
+
+    /// Distance of the panel's origin [m], its tilt [rad], and the standard deviation of its depth [m].
+    #[must_use]
+    pub fn place(&self) -> [f64; 3] {
+        let (at, rotation) = (self.pose.translation, self.pose.rotation.matrix());
+        let facing = (rotation.column(2).dot(&at) / at.norm()).abs().min(1.0);
+        let spread = rotation * self.covariance.fixed_view::<3, 3>(0, 0) * rotation.transpose();
+        [at.norm(), facing.acos(), spread.m33.max(0.0).sqrt()]
     }
 
     fn used_squares(&self) -> impl Iterator<Item = f64> + '_ {
@@ -108,6 +119,18 @@ mod tests {
         let of = |used: &[bool]| view(0.0, &residuals, used, true).rms();
         assert!((of(&[true, true, false]).unwrap() - 13f64.sqrt()).abs() < 1e-12);
         assert_eq!(of(&[false, false, false]), None);
+    }
+
+    /// A panel half a turn about x and tilted by 0.5: what is its own y is depth by the sine of its turn.
+    #[test]
+    fn a_view_is_placed_by_its_line_of_sight() {
+        let mut view = view(0.0, &[], &[], true);
+        let rotation = groma_geometry::So3::exp(&nalgebra::Vector3::new(0.5, 0.0, 0.0));
+        view.pose = Se3 { rotation, translation: nalgebra::Vector3::new(0.0, 0.0, 2.0) };
+        view.covariance = Matrix6::from_diagonal(&Vector6::new(9.0, 4.0, 0.0, 1.0, 1.0, 1.0));
+        let [distance, tilt, sigma] = view.place();
+        assert!((distance - 2.0).abs() < 1e-12 && (tilt - 0.5).abs() < 1e-12);
+        assert!((sigma - 2.0 * 0.5f64.sin()).abs() < 1e-12);
     }
 
     #[test]

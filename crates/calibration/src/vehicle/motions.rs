@@ -1,10 +1,10 @@
 //! The data: motions of the laser and the steps of the wheels during each.
 
 use super::Error;
-use groma_geometry::Se2;
+use groma_geometry::{Gaussian, Se2};
 use groma_models::WheelLog;
 use groma_models::wheel_log::Step;
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
 /// How the laser moved between two scans.
@@ -32,6 +32,30 @@ pub struct Motions {
 }
 
 impl Motions {
+    /// Motions between poses whose errors are independent, C of `T exp(xi)`: T of motion k from pose k to the next,
+    ///
+    /// ```text
+    /// covariance   C_(k+1) + Ad(T^-1) C_k Ad(T^-1)^T
+    /// with the next, whose motion is T'     -C_(k+1) Ad(T'^-1)^T
+    /// ```
+    ///
+    /// `poses` are time [s], x, y [m] and heading with turns counted [rad].
+    #[must_use]
+    pub fn between_poses(poses: &[(f64, Vector3<f64>)], covariances: &[Matrix3<f64>]) -> Self {
+        let pose = |v: &Vector3<f64>| Se2::new(v.x, v.y, v.z);
+        let motion = |w: &[(f64, Vector3<f64>)]| {
+            let ((start, a), (end, b)) = (w[0], w[1]);
+            Motion { start, end, motion: pose(&a).between(&pose(&b)), turn: b.z - a.z }
+        };
+        let motions: Vec<Motion> = poses.windows(2).map(motion).collect();
+        let known: Vec<_> =
+            poses.iter().zip(covariances).map(|((_, v), c)| Gaussian { mean: pose(v), covariance: *c }).collect();
+        let own = known.windows(2).map(|w| w[0].between(&w[1]).covariance).collect();
+        let coupling = |(c, next): (&Matrix3<f64>, &Motion)| -c * next.motion.inverse().adjoint().transpose();
+        let shared = covariances.iter().zip(&motions).skip(1).map(coupling).collect();
+        Self { motions, covariances: Some(own), couplings: Some(shared) }
+    }
+
     /// Whether all is finite, in order, and as many as it should be.
     ///
     /// # Errors

@@ -59,7 +59,7 @@ impl Scatter {
                 common: true,
             };
         };
-        let noise = options.noise();
+        let noise = options.noise;
         let of_wheels: Vec<WheelProcess> =
             (0..stated.len()).map(|k| WheelProcess::new(vehicle, segments.steps(k), &noise)).collect();
         let blocks = stated.iter().zip(&of_wheels).map(|(stated, own)| stated + own.covariance).collect();

@@ -17,12 +17,9 @@ pub struct Options {
     pub tail: f64,
     /// Whether the stated noise is taken as it is; otherwise the residuals scale it.
     pub noise_known: bool,
-    /// Slip of a wheel: standard deviation after a metre of path [m]; it grows with the root of the path.
-    pub slip: f64,
-    /// Standard deviation of the steering angle that the encoder does not see [rad].
-    pub steering: f64,
-    /// For how long a steering error lasts before it is another one [s].
-    pub memory: f64,
+    /// What the wheels do beside what they read.
+    #[serde(flatten)]
+    pub noise: WheelNoise,
     /// Parts of the motions that are held out in turn; 0 leaves this out.
     pub folds: usize,
     /// Level at which an asymmetry of the steering is believed.
@@ -35,14 +32,11 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        let WheelNoise { slip, steering, memory } = WheelNoise::default();
         Self {
             robust: true,
             tail: 4.0,
             noise_known: false,
-            slip,
-            steering,
-            memory,
+            noise: WheelNoise::default(),
             folds: 2,
             asymmetry_level: 0.01,
             asymmetry_sigma_max: 1_f64.to_radians(),
@@ -52,23 +46,14 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What the wheels do beside what they read.
-    #[must_use]
-    pub fn noise(&self) -> WheelNoise {
-        WheelNoise { slip: self.slip, steering: self.steering, memory: self.memory }
-    }
-
     /// Whether every setting is in its range.
     ///
     /// # Errors
     /// [`Error::Parameter`] for the first that is not.
     pub fn validate(&self) -> Result<(), Error> {
-        let not_negative = |x: f64| x.is_finite() && x >= 0.0;
+        self.noise.validate().map_err(|e| Error::Parameter(e.to_string()))?;
         let checks = [
             (self.tail.is_finite() && self.tail > 0.0, "tail", "above 0"),
-            (not_negative(self.slip), "slip", "0 m or more"),
-            (not_negative(self.steering), "steering", "0 rad or more"),
-            (self.memory.is_finite() && self.memory > 0.0, "memory", "above 0 s"),
             (self.folds != 1, "folds", "0, or 2 or more"),
             (self.asymmetry_level > 0.0 && self.asymmetry_level < 1.0, "asymmetry_level", "between 0 and 1"),
             (self.asymmetry_sigma_max > 0.0, "asymmetry_sigma_max", "above 0 rad"),

@@ -192,6 +192,12 @@ impl NetworkMap {
         (count > self.unknowns).then(|| sum / (count - self.unknowns) as f64)
     }
 
+    /// Standard deviation of the height that all cameras share with the target on the robot [m]; 0 where it was given.
+    #[must_use]
+    pub fn height_sigma(&self) -> f64 {
+        self.mount.1[(2, 2)].max(0.0).sqrt()
+    }
+
     /// How far odometry alone ends from the last stop of the map [m].
     #[must_use]
     pub fn odometry_error(&self) -> Option<f64> {

@@ -23,12 +23,17 @@ const SAME: f64 = 1e-6;
 pub(super) fn couplings(motions: &[Motion], covariances: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
     let coupling = |k: usize| {
         let (before, after) = (&motions[k], &motions[k + 1]);
-        if (after.start - before.end).abs() >= SAME {
+        if !is_shared(before, after) {
             return Matrix3::zeros();
         }
         coupling(&covariances[k], &after.motion, &covariances[k + 1]).unwrap_or_else(Matrix3::zeros)
     };
     (1..motions.len()).map(|k| coupling(k - 1)).collect()
+}
+
+/// Whether a motion begins at the scan at which the one before ends.
+pub(super) fn is_shared(before: &Motion, after: &Motion) -> bool {
+    (after.start - before.end).abs() < SAME
 }
 
 fn coupling(before: &Matrix3<f64>, motion: &Se2, after: &Matrix3<f64>) -> Option<Matrix3<f64>> {

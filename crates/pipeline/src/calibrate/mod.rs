@@ -18,6 +18,7 @@ mod coupling;
 mod gate;
 mod judgement;
 mod keeping;
+mod paths;
 mod poses;
 mod segments;
 mod settings;
@@ -40,6 +41,7 @@ use thiserror::Error;
 
 pub use gate::{LeftOut, Reason};
 pub use judgement::{CONFIDENCE, missed, more_driving};
+pub use paths::LaserPath;
 pub use segments::{SegmentKind, Segments};
 pub use settings::{Settings, Source};
 

@@ -174,6 +174,38 @@ fn poses_of_the_sensor_serve_as_well() {
     assert!((value(&found, "laser_yaw").0 - mount.theta()).abs() < 2e-3);
 }
 
+/// Distances, turns and the path of the laser against the simulated poses, of a drive that turns both ways and back.
+#[test]
+fn what_the_wheels_did_is_what_was_driven() {
+    for drivetrain in [TRICYCLE, DIFFERENTIAL] {
+        let scenario = CalibrationScenario { delay: 0.2, ..scenario(drivetrain, 6) };
+        let drive = simulate_calibration(&scenario, &Token::new()).unwrap();
+        let settings = Settings { delay: 0.2, ..settings(drivetrain) };
+        let found = run(&settings, &messages(&drive, false)).unwrap();
+        let at = |t: f64| drive.scan_poses[drive.scans.partition_point(|s| s.stamp < t).min(drive.scans.len() - 1)];
+        let driven = found.driven();
+        assert!(driven.iter().any(|d| d.x < 0.0) && driven.iter().any(|d| d.y < 0.0));
+        for (m, d) in found.motions.motions.iter().zip(&driven) {
+            let (from, to) = (at(m.start), at(m.end));
+            let chord = from.between(&to);
+            let radius = d.x / d.y;
+            assert!((groma_geometry::wrap(d.y - chord.theta())).abs() < 0.02, "{d} {chord:?}");
+            assert!((2.0 * radius * (d.y / 2.0).sin()).abs() - chord.translation.norm() < 0.03, "{d} {chord:?}");
+            assert!(d.x.signum() == chord.x().signum() || d.y.abs() > 3.0, "{d} {chord:?}");
+        }
+        let [x, y, yaw] = scenario.scanner.mount;
+        let (laser, start) = (Se2::new(x, y, yaw), at(drive.stamps[0]));
+        let paths = found.laser_paths();
+        let ends = paths.iter().flat_map(|p| [p.told.last().unwrap(), p.measured.last().unwrap()]);
+        let truth = start.between(&(at(found.motions.motions.last().unwrap().end) * laser)).translation;
+        for end in ends.skip(2 * (paths.len() - 1)) {
+            assert!((end - truth).norm() < 0.2, "{end} {truth}");
+        }
+        let count: usize = paths.iter().map(|p| p.measured.len() - 1).sum();
+        assert_eq!(count, found.motions.motions.len());
+    }
+}
+
 #[test]
 fn cancelled_work_ends_at_once() {
     let drive = simulate_calibration(&driving_on(10.0), &Token::new()).unwrap();

@@ -5,6 +5,7 @@
 //! most for what it costs; [`ranking`] the drives that people use, best first; [`trials`] calibrates from drawn corners,
 //! end to end, and [`study`] from a panel held in the hand, to see what number, tilt, distance, grid and coverage give.
 
+mod foot;
 mod knowledge;
 mod motion;
 mod next_best;
@@ -15,6 +16,7 @@ mod step;
 mod study;
 mod trial;
 
+pub use foot::{camera_by_panel, foot_and_mount};
 pub use knowledge::Knowledge;
 pub use motion::{Drive, Motion};
 pub use next_best::{Search, next_best};

@@ -96,9 +96,9 @@ impl Noise {
         above.check("place", self.place)?;
         above.check("heading", self.heading)?;
         let any = Bound::new("noise", 0.0, 1e3, "must be from 0 to 1e3");
-        any.check("slip", self.slip)?;
-        any.check("steering", self.steering)?;
-        Bound::new("memory", 1e-3, 1e6, "must be from 0.001 to 1e6 s").check("memory", self.memory)
+        any.check("slip", self.wheels.slip)?;
+        any.check("steering", self.wheels.steering)?;
+        Bound::new("memory", 1e-3, 1e6, "must be from 0.001 to 1e6 s").check("memory", self.wheels.memory)
     }
 }
 
@@ -110,18 +110,14 @@ pub struct Noise {
     pub place: f64,
     /// Of its turn [rad].
     pub heading: f64,
-    /// Of slip after a metre [m].
-    pub slip: f64,
-    /// Of the steering angle [rad].
-    pub steering: f64,
-    /// For how long a steering error lasts [s].
-    pub memory: f64,
+    /// What the wheels do beside.
+    #[serde(flatten)]
+    pub wheels: WheelNoise,
 }
 
 impl Default for Noise {
     fn default() -> Self {
-        let WheelNoise { slip, steering, memory } = WheelNoise::default();
-        Self { place: 2e-3, heading: 0.03_f64.to_radians(), slip, steering, memory }
+        Self { place: 2e-3, heading: 0.03_f64.to_radians(), wheels: WheelNoise::default() }
     }
 }
 
@@ -194,8 +190,7 @@ impl Arc {
         let steps = [self.step()];
         let predicted = prediction::predict(vehicle, &steps);
         let of_scans = Vector3::new(noise.place, noise.place, noise.heading).map(|s| s * s);
-        let wheels = WheelNoise { slip: noise.slip, steering: noise.steering, memory: noise.memory };
-        let of_wheels = WheelProcess::new(vehicle, &steps, &wheels).marginal(&wheels);
+        let of_wheels = WheelProcess::new(vehicle, &steps, &noise.wheels).marginal(&noise.wheels);
         let covariance = Matrix3::from_diagonal(&of_scans) + of_wheels;
         let inverse = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
         layout.reduced(&(predicted.jacobian.tr_mul(&(inverse * predicted.jacobian))))

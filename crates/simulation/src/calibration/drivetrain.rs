@@ -11,6 +11,7 @@
 //! steering error remembers. Written apart from the models that calibration uses, so that each checks the other.
 
 use crate::random::Random;
+use groma_models::WheelNoise;
 use serde::{Deserialize, Serialize};
 
 /// Kind and parameters of a vehicle; lengths per radian of the counters.
@@ -41,32 +42,23 @@ pub enum Drivetrain {
     },
 }
 
-/// What the wheels do beside what they are told: the noise of [`groma_models::WheelNoise`], and the steps of the encoders.
+/// What the wheels do beside what they are told, and the steps of the encoders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct WheelNoise {
-    /// Standard deviation of a wheel's travel after one metre [m]; grows with the root of the distance.
-    pub slip: f64,
-    /// Standard deviation of the steering angle [rad].
-    pub steering: f64,
-    /// For how long a steering error is remembered [s].
-    pub memory: f64,
+pub struct DrivetrainNoise {
+    /// Slip and steering errors.
+    #[serde(flatten)]
+    pub wheels: WheelNoise,
     /// Step of the counters of the driven wheels [rad]; 0 for none.
     pub counter_step: f64,
     /// Step of the steering encoder [rad]; 0 for none.
     pub steering_step: f64,
 }
 
-impl Default for WheelNoise {
+impl Default for DrivetrainNoise {
     fn default() -> Self {
-        let groma_models::WheelNoise { slip, steering, memory } = groma_models::WheelNoise::default();
-        Self {
-            slip,
-            steering,
-            memory,
-            counter_step: std::f64::consts::TAU / 4096.0,
-            steering_step: std::f64::consts::TAU / 16384.0,
-        }
+        use std::f64::consts::TAU;
+        Self { wheels: WheelNoise::default(), counter_step: TAU / 4096.0, steering_step: TAU / 16384.0 }
     }
 }
 

@@ -9,7 +9,7 @@
 pub mod drivetrain;
 pub mod program;
 
-pub use drivetrain::{Drivetrain, WheelNoise};
+pub use drivetrain::{Drivetrain, DrivetrainNoise};
 pub use program::Program;
 
 use crate::drive::Drive;
@@ -41,7 +41,7 @@ pub struct CalibrationScenario {
     /// The vehicle.
     pub drivetrain: Drivetrain,
     /// What its wheels do beside what they are told.
-    pub noise: WheelNoise,
+    pub noise: DrivetrainNoise,
     /// What is driven.
     pub program: Program,
     /// Speed of the driven wheel, or of the base of a differential drive [m/s].
@@ -71,7 +71,7 @@ impl CalibrationScenario {
             seed,
             start: 100.0,
             drivetrain,
-            noise: WheelNoise::default(),
+            noise: DrivetrainNoise::default(),
             program,
             speed: 1.0,
             scanner: scanner(),
@@ -92,11 +92,11 @@ impl CalibrationScenario {
             ("scanner.period", scanner.period),
             ("scanner.range_max", scanner.range_max),
             ("scanner.beams", scanner.beams as f64),
-            ("noise.memory", noise.memory),
+            ("noise.memory", noise.wheels.memory),
         ];
         let at_least_zero = [
-            ("noise.slip", noise.slip),
-            ("noise.steering", noise.steering),
+            ("noise.slip", noise.wheels.slip),
+            ("noise.steering", noise.wheels.steering),
             ("noise.counter_step", noise.counter_step),
             ("noise.steering_step", noise.steering_step),
             ("scanner.sigma", scanner.sigma),
@@ -219,7 +219,7 @@ fn floor(scenario: &CalibrationScenario) -> Floor {
 /// mean of the steps before and after.
 fn driven(scenario: &CalibrationScenario, start: Se2, demands: &[Demand]) -> (Drive, Vec<[f64; 2]>) {
     let mut random = Random::new(scenario.seed, Purpose::Wheels);
-    let mut disturbance = Disturbance::new(scenario.noise, &mut random);
+    let mut disturbance = Disturbance::new(scenario.noise.wheels, &mut random);
     let (mut drive, drivetrain) = (Drive::from(start, STEP), &scenario.drivetrain);
     let first = demands.first().map_or([0.0; 2], |d| drivetrain.readings(*d));
     let mut sums = vec![if drivetrain.steers() { [0.0, first[1]] } else { [0.0; 2] }];
