@@ -5,6 +5,7 @@
 //! scan -> corners (FALKO, with BSC) and reflectors, each at the time of its beam -> filter -> pose, covariance, quality
 //! start -> given, or searched for: every scan is asked where it was taken until one knows;  lost -> searched for again
 //! ```
+//!
 //! Order of arrival decides; nothing looks ahead. A scan that ends after the last motion is taken at a pose that goes on
 //! with the last twist (`ahead`), and is taken again when its motion has come (`filter`). Which poses were corrected so is
 //! part of the result.
