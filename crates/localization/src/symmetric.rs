@@ -5,6 +5,8 @@
 //! [`Symmetric::at`] does not read it. Growing keeps the stride until it is full, then doubles it, so that a filter in steady
 //! state allocates nothing.
 
+use nalgebra::{Matrix3, Vector3};
+
 /// Rows whose mirror image is void.
 pub(crate) const HEAD: usize = 3;
 
@@ -54,6 +56,29 @@ impl Symmetric {
     pub fn mirror(&mut self, i: usize) {
         for j in HEAD..self.size {
             self.data[j * self.stride + i] = self.data[i * self.stride + j];
+        }
+    }
+
+    /// The head beyond its own columns becomes `by` times itself, and gains `gain` times the row of each of `more`.
+    pub fn mix_head(&mut self, by: &Matrix3<f64>, more: &[(usize, Vector3<f64>)]) {
+        let (head, rest) = self.data.split_at_mut(HEAD * self.stride);
+        let (first, others) = head.split_at_mut(self.stride);
+        let (second, third) = others.split_at_mut(self.stride);
+        let columns = HEAD..self.size;
+        let rows = [first, second, third].map(|row| &mut row[columns.clone()]);
+        let [first, second, third] = rows;
+        for ((a, b), c) in first.iter_mut().zip(second.iter_mut()).zip(third.iter_mut()) {
+            let (x, y, z) = (*a, *b, *c);
+            *a = by.m11 * x + by.m12 * y + by.m13 * z;
+            *b = by.m21 * x + by.m22 * y + by.m23 * z;
+            *c = by.m31 * x + by.m32 * y + by.m33 * z;
+        }
+        for (row, gain) in more {
+            let begin = (row - HEAD) * self.stride;
+            let row = &rest[begin + HEAD..begin + self.size];
+            for (k, head) in [&mut *first, &mut *second, &mut *third].into_iter().enumerate() {
+                head.iter_mut().zip(row).for_each(|(h, r)| *h += gain[k] * r);
+            }
         }
     }
 
@@ -115,6 +140,23 @@ mod tests {
         let mut m = numbered(15);
         m.grow(5);
         assert_eq!((m.size(), m.at(14, 3), m.at(3, 14), m.at(19, 0), m.at(2, 19)), (20, 143.0, 143.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn the_head_is_mixed_with_itself_and_with_other_rows() {
+        let (before, mut m) = (numbered(11), numbered(11));
+        let by = Matrix3::new(1.0, 2.0, -1.0, 0.5, 1.0, 3.0, 0.0, 0.0, 1.0);
+        let gains = [(4, Vector3::new(1.0, -2.0, 0.0)), (10, Vector3::new(0.0, 0.0, 7.0))];
+        m.mix_head(&by, &gains);
+        for i in 0..HEAD {
+            for j in HEAD..11 {
+                let own: f64 = (0..HEAD).map(|k| by[(i, k)] * before.at(k, j)).sum();
+                let others: f64 = gains.iter().map(|(row, gain)| gain[i] * before.at(*row, j)).sum();
+                assert!((m.at(i, j) - own - others).abs() < 1e-9, "{i} {j}");
+            }
+        }
+        assert!((HEAD..11).all(|i| (0..11).all(|j| j < HEAD || m.at(i, j) == before.at(i, j))));
+        assert!((0..HEAD).all(|i| (0..HEAD).all(|j| m.at(i, j) == before.at(i, j))), "its own columns stay");
     }
 
     #[test]

@@ -6,9 +6,9 @@
 //! P_xx <- (A P A^T)_xx + K R K^T,   A = I - K H    (Joseph, on what the pose is seen by)
 //! ```
 
-use super::linear::{Linear, inverse};
-use super::{DRIVE, Joint};
-use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2};
+use super::Joint;
+use super::linear::{Linear, MOST_SEEN, inverse};
+use nalgebra::{Matrix2, Matrix3, Matrix3x2, Vector2};
 use std::ops::Range;
 
 /// What moves in an update.
@@ -68,49 +68,39 @@ impl Joint {
         }
     }
 
-    /// The pose's covariance after a sighting.
+    /// The pose's block of `A P A^T + K R K^T`, `A = I - K H`, over the rows that are seen; those of the pose are the first.
     fn joseph(&self, m: &Linear, s_inverse: &Matrix2<f64>, first: &[f64], second: &[f64]) -> Matrix3<f64> {
-        let k = SMatrix::<f64, 3, 2>::from_fn(|i, j| Vector2::new(first[i], second[i]).dot(&s_inverse.column(j)));
-        let landmark = m.landmark.map(|(slot, h)| (self.row_of(slot), h));
-        if self.calibration > 0 {
-            let mut h = SMatrix::<f64, 2, 8>::zeros();
-            h.fixed_view_mut::<2, 3>(0, 5).copy_from(&m.by_mount);
-            self.joseph_of(h, [3 + DRIVE, 4 + DRIVE, 5 + DRIVE].as_slice(), m, landmark, &k)
-        } else {
-            self.joseph_of(SMatrix::<f64, 2, 5>::zeros(), &[], m, landmark, &k)
+        let k = Matrix3x2::from_fn(|i, j| Vector2::new(first[i], second[i]).dot(&s_inverse.column(j)));
+        let seen = self.seen(m);
+        let rows = seen.rows();
+        let mut a = [[0.0; MOST_SEEN]; 3];
+        for (i, a) in a.iter_mut().enumerate() {
+            for (a, (_, range, bearing)) in a.iter_mut().zip(rows) {
+                *a = -(k[(i, 0)] * range + k[(i, 1)] * bearing);
+            }
+            a[i] += 1.0;
         }
-    }
-
-    /// The pose's block of `A P A^T + K R K^T`, `A = I - K H`, over N rows: pose, landmark, and the rows of `more`.
-    fn joseph_of<const N: usize>(
-        &self,
-        mut h: SMatrix<f64, 2, N>,
-        more: &[usize],
-        m: &Linear,
-        landmark: Option<(usize, Matrix2<f64>)>,
-        k: &SMatrix<f64, 3, 2>,
-    ) -> Matrix3<f64> {
-        h.fixed_view_mut::<2, 3>(0, 0).copy_from(&m.by_pose);
-        let mut at = [0, 1, 2, 0, 0, 0, 0, 0];
-        if let Some((row, by_landmark)) = landmark {
-            h.fixed_view_mut::<2, 2>(0, 3).copy_from(&by_landmark);
-            (at[3], at[4]) = (row, row + 1);
+        let mut sum = k * m.noise * k.transpose();
+        for (s, (row, ..)) in rows.iter().enumerate() {
+            let mut projected = [0.0; 3];
+            for (r, (other, ..)) in rows.iter().enumerate() {
+                let p = self.covariance.at(*other, *row);
+                (0..3).for_each(|i| projected[i] += a[i][r] * p);
+            }
+            (0..3).for_each(|i| (0..3).for_each(|j| sum[(i, j)] += projected[i] * a[j][s]));
         }
-        at[5..5 + more.len()].copy_from_slice(more);
-        let p = SMatrix::<f64, N, N>::from_fn(|i, j| self.covariance.at(at[i], at[j]));
-        let a = SMatrix::<f64, 3, N>::identity() - k * h;
-        a * p * a.transpose() + k * m.noise * k.transpose()
+        sum
     }
 
     /// `H P` into `projected`; the covariance of the innovation, `H P H^T + R`.
     fn project(&mut self, m: &Linear) -> Matrix2<f64> {
-        let (rows, count) = self.rows_seen(m);
+        let seen = self.seen(m);
         let [mut first, mut second] = std::mem::take(&mut self.projected);
         for out in [&mut first, &mut second] {
             out.clear();
             out.resize(self.covariance.size(), 0.0);
         }
-        for &(row, a, b) in &rows[..count] {
+        for &(row, a, b) in seen.rows() {
             for j in 0..3 {
                 let p = self.covariance.at(row, j);
                 first[j] += a * p;
@@ -123,29 +113,11 @@ impl Joint {
             }
         }
         let mut s = m.noise;
-        for &(row, a, b) in &rows[..count] {
+        for &(row, a, b) in seen.rows() {
             s += Matrix2::new(a * first[row], 0.5 * (b * first[row] + a * second[row]), 0.0, b * second[row]);
         }
         s.m21 = s.m12;
         self.projected = [first, second];
         s
-    }
-
-    /// The rows of the state that a sighting sees, each with its column of H.
-    fn rows_seen(&self, m: &Linear) -> ([(usize, f64, f64); 8], usize) {
-        let (blocks, mut count) = (self.blocks(m), 0);
-        let mut rows = [(0, 0.0, 0.0); 8];
-        let mut push = |row: usize, a: f64, b: f64| {
-            rows[count] = (row, a, b);
-            count += 1;
-        };
-        for (row, h) in &blocks.0[..blocks.1] {
-            (0..3).for_each(|r| push(row + r, h[(0, r)], h[(1, r)]));
-        }
-        if let Some((slot, h)) = &m.landmark {
-            let row = self.row_of(*slot);
-            (0..2).for_each(|r| push(row + r, h[(0, r)], h[(1, r)]));
-        }
-        (rows, count)
     }
 }

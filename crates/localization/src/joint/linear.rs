@@ -7,7 +7,10 @@
 //! A sighting sees the pose, the mount where the calibration is considered, and one landmark: three blocks of H.
 
 use super::{DRIVE, Joint};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, SMatrix, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2};
+
+/// Rows of the state that a sighting sees, at most: pose, mount, landmark.
+pub(super) const MOST_SEEN: usize = 8;
 
 /// A sighting as a linear function of the state.
 #[derive(Clone, Copy, Debug)]
@@ -22,36 +25,55 @@ pub(crate) struct Linear {
     pub noise: Matrix2<f64>,
 }
 
-impl Joint {
-    /// The blocks of a sighting's Jacobian: first row of the state, and the rows of H there.
-    pub(super) fn blocks(&self, m: &Linear) -> ([(usize, Matrix2x3<f64>); 2], usize) {
-        let count = if self.calibration > 0 { 2 } else { 1 };
-        ([(0, m.by_pose), (3 + DRIVE, m.by_mount)], count)
+/// The rows of the state that a sighting sees, each with its column of H; the first three are those of the pose.
+pub(super) struct Seen {
+    rows: [(usize, f64, f64); MOST_SEEN],
+    count: usize,
+}
+
+impl Seen {
+    /// Row of the state, and what range and bearing change with it.
+    pub fn rows(&self) -> &[(usize, f64, f64)] {
+        &self.rows[..self.count]
     }
 
-    /// `H P` between two sets of columns: the covariance of what two sightings predict.
+    fn push<const N: usize>(&mut self, first: usize, h: &SMatrix<f64, 2, N>) {
+        for k in 0..N {
+            self.rows[self.count] = (first + k, h[(0, k)], h[(1, k)]);
+            self.count += 1;
+        }
+    }
+}
+
+impl Joint {
+    /// What a sighting sees.
+    pub(super) fn seen(&self, m: &Linear) -> Seen {
+        let mut seen = Seen { rows: [(0, 0.0, 0.0); MOST_SEEN], count: 0 };
+        seen.push(0, &m.by_pose);
+        if self.calibration > 0 {
+            seen.push(3 + DRIVE, &m.by_mount);
+        }
+        if let Some((slot, h)) = &m.landmark {
+            seen.push(self.row_of(*slot), h);
+        }
+        seen
+    }
+
+    /// `H_a P H_b^T`: the covariance of what two sightings predict.
     pub(crate) fn cross(&self, a: &Linear, b: &Linear) -> Matrix2<f64> {
+        let (of_a, of_b) = (self.seen(a), self.seen(b));
         let mut sum = Matrix2::zeros();
-        let ((of_a, n_a), (of_b, n_b)) = (self.blocks(a), self.blocks(b));
-        let to = |row: usize, column: usize| Matrix3::from_fn(|i, j| self.covariance.at(row + i, column + j));
-        let half =
-            |row: usize, column: usize| SMatrix::<f64, 3, 2>::from_fn(|i, j| self.covariance.at(row + i, column + j));
-        for (row, h_a) in &of_a[..n_a] {
-            for (column, h_b) in &of_b[..n_b] {
-                sum += h_a * to(*row, *column) * h_b.transpose();
+        for &(i, range_i, bearing_i) in of_a.rows() {
+            let (mut by_range, mut by_bearing) = (0.0, 0.0);
+            for &(j, range_j, bearing_j) in of_b.rows() {
+                let p = self.covariance.at(i, j);
+                by_range += p * range_j;
+                by_bearing += p * bearing_j;
             }
-            if let Some((slot, h_b)) = &b.landmark {
-                sum += h_a * half(*row, self.row_of(*slot)) * h_b.transpose();
-            }
-        }
-        let Some((slot, h_a)) = &a.landmark else { return sum };
-        let row = self.row_of(*slot);
-        for (column, h_b) in &of_b[..n_b] {
-            sum += h_a * half(*column, row).transpose() * h_b.transpose();
-        }
-        if let Some((other, h_b)) = &b.landmark {
-            let column = self.row_of(*other);
-            sum += h_a * Matrix2::from_fn(|i, j| self.covariance.at(row + i, column + j)) * h_b.transpose();
+            sum.m11 += range_i * by_range;
+            sum.m12 += range_i * by_bearing;
+            sum.m21 += bearing_i * by_range;
+            sum.m22 += bearing_i * by_bearing;
         }
         sum
     }
@@ -64,15 +86,10 @@ impl Joint {
 
     /// The innovation that is left after what this scan has taught so far.
     pub(crate) fn innovation(&self, m: &Linear) -> Vector2<f64> {
-        let at = |k: usize| Vector3::new(self.shift[k], self.shift[k + 1], self.shift[k + 2]);
-        let (blocks, count) = self.blocks(m);
         let mut v = m.residual;
-        for (row, h) in &blocks[..count] {
-            v -= h * at(*row);
-        }
-        if let Some((slot, h)) = &m.landmark {
-            let row = self.row_of(*slot);
-            v -= h * Vector2::new(self.shift[row], self.shift[row + 1]);
+        for &(row, range, bearing) in self.seen(m).rows() {
+            v.x -= range * self.shift[row];
+            v.y -= bearing * self.shift[row];
         }
         v
     }

@@ -121,40 +121,24 @@ impl Joint {
     /// Moves the vehicle.
     pub fn predict(&mut self, step: &Motion) {
         let f = step.motion.inverse().adjoint();
-        let size = self.covariance.size();
         let before = self.pose_covariance();
-        let mut with_calibration = SMatrix::<f64, 3, DRIVE>::zeros();
         let mut own = Matrix3::zeros();
-        if self.calibration > 0 {
+        let mut drive = [(0, Vector3::zeros()); DRIVE];
+        let considered = if self.calibration > 0 { DRIVE } else { 0 };
+        if considered > 0 {
             let p_xc = SMatrix::<f64, 3, DRIVE>::from_fn(|i, j| self.covariance.at(i, 3 + j));
             let p_cc = SMatrix::<f64, DRIVE, DRIVE>::from_fn(|i, j| self.covariance.at(3 + i, 3 + j));
-            with_calibration = step.by_drive;
             let cross = f * p_xc * step.by_drive.transpose();
             own = cross + cross.transpose() + step.by_drive * p_cc * step.by_drive.transpose();
+            drive = std::array::from_fn(|c| (3 + c, step.by_drive.column(c).into_owned()));
         }
-        for j in 3..size {
-            let mut moved = f * self.pose_column(j);
-            if self.calibration > 0 {
-                let drive = SMatrix::<f64, DRIVE, 1>::from_fn(|c, _| self.covariance.at(3 + c, j));
-                moved += with_calibration * drive;
-            }
-            self.set_pose_column(j, &moved);
-        }
+        self.covariance.mix_head(&f, &drive[..considered]);
         self.set_pose_covariance(&(f * before * f.transpose() + own + step.covariance));
         self.pose = self.pose * step.motion;
     }
 
     fn row_of(&self, slot: usize) -> usize {
         3 + self.calibration + 2 * slot
-    }
-
-    /// Covariance of the pose with row `j`.
-    fn pose_column(&self, j: usize) -> Vector3<f64> {
-        Vector3::new(self.covariance.at(0, j), self.covariance.at(1, j), self.covariance.at(2, j))
-    }
-
-    fn set_pose_column(&mut self, j: usize, column: &Vector3<f64>) {
-        (0..3).for_each(|i| self.covariance.row_mut(i)[j] = column[i]);
     }
 
     fn set_pose_covariance(&mut self, p: &Matrix3<f64>) {
@@ -225,10 +209,7 @@ impl Joint {
         let j = Se2::right_jacobian(delta);
         self.pose = self.pose.plus(delta);
         let own = j * self.pose_covariance() * j.transpose();
-        for c in 3..self.covariance.size() {
-            let column = j * self.pose_column(c);
-            self.set_pose_column(c, &column);
-        }
+        self.covariance.mix_head(&j, &[]);
         self.set_pose_covariance(&own);
         for slot in 0..self.points.len() {
             let row = self.row_of(slot);
