@@ -1,15 +1,20 @@
 //! How bright diffuse surfaces are in a scan, against range.
 //!
 //! The hits with a positive intensity (of many, every so many) are cut by range into groups of equal size; of each group counts the
-//! median of the logarithms at the median of the ranges. A group may be full of one large reflector close by, so the
-//! level of a group is the median of its own and its neighbours'. Between groups the level is interpolated over ln r,
+//! median of the intensities, as a logarithm, at the median of the ranges. A group may be full of one large reflector close by, so
+//! the level of a group is the median of its own and its neighbours'. Between groups the level is interpolated over ln r,
 //! beyond the first and last it stays. The spread is the upper quartile of all logarithms above their level: diffuse
 //! surfaces differ upwards by reflectivity alone (and by little), downwards by grazing incidence as well.
+//!
+//! Echoes are sorted as integers: those of the bits of positive numbers rise as the numbers do. Single precision is plenty for
+//! a level.
 
 /// Groups of hits, at most.
 const MOST_GROUPS: usize = 12;
 /// Hits of a group, at least.
 const LEAST_HITS: usize = 16;
+/// Hits that are looked at, at most.
+const MOST_HITS: usize = 2 * MOST_GROUPS * LEAST_HITS;
 
 /// Level and spread of the diffuse echoes of one scan.
 #[derive(Clone, Debug, Default)]
@@ -20,26 +25,46 @@ pub(super) struct Background {
     /// Ranges of the groups, and below which intensity nothing is bright before the first, between two and after the last.
     ranges: Vec<f64>,
     dark: Vec<f64>,
-    /// Range and ln intensity of what counts for the level.
-    lit: Vec<(f64, f64)>,
-    work: Vec<f64>,
+    /// The least of `dark`.
+    darkest: f64,
+    /// What counts for the level.
+    lit: Vec<Echo>,
+    intensities: Vec<u32>,
+    excesses: Vec<f64>,
+}
+
+/// Range and intensity, both positive, as a number that rises with the range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Echo(u64);
+
+impl Echo {
+    fn new(range: f64, intensity: f64) -> Option<Self> {
+        let (range, intensity) = (range as f32, intensity as f32);
+        let counts = range > 0.0 && intensity > 0.0 && intensity.is_finite();
+        counts.then(|| Self(u64::from(range.to_bits()) << 32 | u64::from(intensity.to_bits())))
+    }
+
+    fn range(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    /// The bits of the intensity.
+    fn intensity(self) -> u32 {
+        self.0 as u32
+    }
 }
 
 impl Background {
     /// Takes a scan; false where too few echoes have an intensity. `echoes` are range and intensity of every hit.
     pub fn learn(&mut self, echoes: impl Iterator<Item = (f64, f64)>) -> bool {
-        let counts = |&(r, i): &(f64, f64)| r > 0.0 && i > 0.0 && i.is_finite();
         self.lit.clear();
-        self.lit.extend(echoes.filter(counts));
+        self.lit.extend(echoes.filter_map(|(range, intensity)| Echo::new(range, intensity)));
         if self.lit.len() < LEAST_HITS {
             return false;
         }
         self.thin();
-        self.lit.iter_mut().for_each(|echo| echo.1 = echo.1.ln());
         self.find_levels();
-        self.work.clear();
-        self.work.extend(self.lit.iter().map(|(r, i)| i - level(&self.levels, r.ln())));
-        self.spread = quantile(&mut self.work, 0.75).max(0.0);
+        self.find_spread();
         true
     }
 
@@ -62,56 +87,82 @@ impl Background {
         let between = |k: usize| k.checked_sub(1).map_or(f64::INFINITY, level).min(level(k));
         let lowest = |k: usize| between(k).min(k.checked_sub(1).map_or(f64::INFINITY, between));
         self.dark.extend((0..=self.levels.len()).map(|k| (lowest(k) + least).exp() * (1.0 - 1e-9)));
+        self.darkest = self.dark.iter().copied().fold(f64::INFINITY, f64::min);
     }
 
     /// Whether an echo may be as bright as expected: a bound that needs no logarithm.
     pub fn may_exceed(&self, range: f64, intensity: f64) -> bool {
-        let group = self.ranges.iter().filter(|r| **r <= range).count();
-        intensity >= self.dark[group]
+        intensity >= self.darkest && intensity >= self.dark[self.ranges.iter().filter(|r| **r <= range).count()]
     }
 
     /// Of many echoes every so many tell as much.
     fn thin(&mut self) {
-        let stride = (self.lit.len() / (2 * MOST_GROUPS * LEAST_HITS)).max(1);
+        let stride = self.lit.len().div_ceil(MOST_HITS);
         let kept = self.lit.len().div_ceil(stride);
         (0..kept).for_each(|k| self.lit[k] = self.lit[k * stride]);
         self.lit.truncate(kept);
     }
 
     fn find_levels(&mut self) {
-        let Self { lit, work, levels, .. } = self;
-        let groups = (lit.len() / LEAST_HITS).min(MOST_GROUPS);
-        let count = lit.len();
-        let bounds: Vec<usize> = (1..groups).map(|g| g * count / groups).collect();
+        let Self { lit, intensities, levels, .. } = self;
+        let groups = groups_of(lit.len());
+        let bounds: Vec<usize> = (1..groups).map(|g| bound(g, lit.len())).collect();
         split(lit, &bounds, 0);
+        let count = lit.len();
         let mut median = |g: usize| {
-            let group = &mut lit[g * count / groups..(g + 1) * count / groups];
-            work.clear();
-            work.extend(group.iter().map(|e| e.1));
+            let group = &mut lit[bound(g, count)..bound(g + 1, count)];
+            intensities.clear();
+            intensities.extend(group.iter().map(|echo| echo.intensity()));
             let middle = group.len() / 2;
-            (group.select_nth_unstable_by(middle, by_range).1.0.ln(), quantile(work, 0.5))
+            let range = group.select_nth_unstable(middle).1.range();
+            let k = (intensities.len() - 1) / 2;
+            let intensity = f32::from_bits(*intensities.select_nth_unstable(k).1);
+            (f64::from(range).ln(), f64::from(intensity).ln())
         };
         let medians: Vec<(f64, f64)> = (0..groups).map(&mut median).collect();
         *levels = smoothed(&medians);
     }
+
+    fn find_spread(&mut self) {
+        let Self { lit, excesses, levels, .. } = self;
+        let count = lit.len();
+        excesses.clear();
+        for g in 0..levels.len() {
+            // A group lies around its own level.
+            excesses.extend(lit[bound(g, count)..bound(g + 1, count)].iter().map(|echo| {
+                let ln_range = echo.range().ln().into();
+                let after = if levels[g].0 <= ln_range { g + 1 } else { g };
+                f64::from(f32::from_bits(echo.intensity()).ln()) - interpolated(levels, after, ln_range)
+            }));
+        }
+        self.spread = quantile(excesses, 0.75).max(0.0);
+    }
 }
 
-#[inline]
-fn by_range(a: &(f64, f64), b: &(f64, f64)) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+fn groups_of(count: usize) -> usize {
+    (count / LEAST_HITS).min(MOST_GROUPS)
+}
+
+/// Where a group begins among so many echoes.
+fn bound(group: usize, count: usize) -> usize {
+    group * count / groups_of(count)
 }
 
 /// Puts echoes into groups of rising range that end at `bounds`, counted from `first`.
-fn split(echoes: &mut [(f64, f64)], bounds: &[usize], first: usize) {
+fn split(echoes: &mut [Echo], bounds: &[usize], first: usize) {
     let Some(&bound) = bounds.get(bounds.len() / 2) else { return };
-    echoes.select_nth_unstable_by(bound - first, by_range);
+    echoes.select_nth_unstable(bound - first);
     let (near, far) = echoes.split_at_mut(bound - first);
     split(near, &bounds[..bounds.len() / 2], first);
     split(far, &bounds[bounds.len() / 2 + 1..], bound);
 }
 
 fn level(levels: &[(f64, f64)], ln_range: f64) -> f64 {
-    let after = levels.partition_point(|&(r, _)| r <= ln_range);
+    interpolated(levels, levels.partition_point(|&(r, _)| r <= ln_range), ln_range)
+}
+
+/// The level at a range before the group `after`, and not before the one before that.
+fn interpolated(levels: &[(f64, f64)], after: usize, ln_range: f64) -> f64 {
     let clamped = |k: usize| levels[k.min(levels.len() - 1)];
     let ((r0, l0), (r1, l1)) = (clamped(after.saturating_sub(1)), clamped(after));
     if r1 > r0 { l0 + (l1 - l0) * ((ln_range - r0) / (r1 - r0)).clamp(0.0, 1.0) } else { l0 }
