@@ -26,7 +26,7 @@ from groma.io.toml import to_toml
 from groma.io.trajectory import read_tum
 from groma.mapper import beams, map_drive
 from groma.mapping import MapResult
-from groma.models import LaserScan
+from groma.models import LaserScan, Odometry
 from groma.runs.reading import Watched
 
 GROMA = Path(sys.executable).with_name("groma")
@@ -228,7 +228,7 @@ def test_message_by_message_the_core_gives_the_map_of_the_file(recording: Path, 
     for k, event in enumerate(opened.events()):
         if isinstance(event, LaserScan):
             core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
-        else:
+        elif isinstance(event, Odometry):
             core.push_odometry(event.stamp, event.x, event.y, event.theta)
         if k == 1000:
             early = core.snapshot()

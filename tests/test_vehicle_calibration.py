@@ -291,7 +291,7 @@ def test_a_map_is_made_with_the_calibrated_wheels(eight_arcs: Path, tmp_path: Pa
     line = f"map {eight_arcs} --vehicle {tmp_path / 'vehicle.toml'} -o {tmp_path / 'map'} --resolution 0.2"
     assert groma.cli.run(line.split()) == 0
     figures = json.loads((tmp_path / "map" / "metrics.json").read_text())
-    assert figures["counts"]["odometry_read"] > 1000
+    assert figures["counts"]["wheels_read"] > 1000
     assert figures["drift_odometry_max_m"] < 0.15
     assert abs(figures["counts"]["laser_offset_x_m"]) < 0.02
     assert figures["path_m"] == pytest.approx(figures["counts"]["path_m"], rel=0.1)

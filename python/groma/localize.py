@@ -24,7 +24,7 @@ from groma.localization import Pose
 from groma.localization_options import LocalizeOptions
 from groma.localized import Chart, Halt, Localized, Weak
 from groma.mapper import beams, to_landmarks
-from groma.models import LaserScan, Odometry
+from groma.models import JointState, LaserScan, Odometry
 from groma.relocalization import landmark_rows
 from groma.vehicle import Vehicle
 
@@ -129,7 +129,7 @@ def _feed(core: _core.Localize, drive: Drive, vehicle: Vehicle | None, progress:
 def _events(drive: Drive, vehicle: Vehicle | None) -> Iterator[LaserScan | Odometry | Reading]:
     """Yield the messages of a drive, those of the wheels up to the end of a scan before it."""
     if vehicle is None:
-        yield from drive.events()
+        yield from (event for event in drive.events() if not isinstance(event, JointState))
         return
     table, found = joint_readings(drive.recording, vehicle)
     drive.notes.extend(found)

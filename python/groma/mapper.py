@@ -13,7 +13,7 @@ from groma.errors import EstimationError, UserError
 from groma.findings import of_core
 from groma.io.drive import Drive
 from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph, WeakSpot
-from groma.models import LaserScan, Odometry
+from groma.models import JointState, LaserScan, Odometry
 
 Progress = Callable[[int, int, int, int], None]
 """Called with scans read, keyframes, local maps and closures."""
@@ -57,13 +57,12 @@ def map_drive(
     EstimationError
         When no scan could be used or the pose graph cannot be solved.
     """
-    mount = (drive.mount.x, drive.mount.y, drive.mount.yaw)
     options = {**_core.map_defaults(), **{key: value for key, value in settings.items() if key not in STREAMS}}
     wanted = options["lateness"]
     if isinstance(wanted, int | float) and 0 <= wanted < drive.lateness:
         options["lateness"] = drive.lateness
     try:
-        core = _core.Mapper(json.dumps(options), mount)
+        core = _machine(json.dumps(options), drive)
     except ValueError as error:
         raise UserError(f"setting of map: {error}") from error
     token = token or _core.Token()
@@ -78,6 +77,12 @@ def map_drive(
     return to_result(arrays)
 
 
+def _machine(options: str, drive: Drive) -> _core.Mapper:
+    if drive.vehicle and drive.wheels:
+        return _core.Mapper(options, drive.vehicle.laser, drive.vehicle.to_json(), drive.wheels.axle)
+    return _core.Mapper(options, (drive.mount.x, drive.mount.y, drive.mount.yaw))
+
+
 def _feed(core: _core.Mapper, drive: Drive, progress: Progress | None, token: _core.Token) -> None:
     scans = 0
     for event in drive.events():
@@ -85,6 +90,10 @@ def _feed(core: _core.Mapper, drive: Drive, progress: Progress | None, token: _c
             return
         if isinstance(event, Odometry):
             core.push_odometry(event.stamp, event.x, event.y, event.theta)
+            continue
+        if isinstance(event, JointState):
+            if drive.wheels and (positions := drive.wheels.positions(event)):
+                core.push_wheels(event.stamp, positions)
             continue
         core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
         scans += 1

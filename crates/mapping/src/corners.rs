@@ -7,6 +7,7 @@ use groma_models::{BeamGeometry, LaserScan};
 use groma_registration::PolarView;
 
 /// Finds the corners of scans; what the detector keeps for a scanner lasts while the scanner stays the same.
+#[derive(Clone)]
 pub(crate) struct Corners {
     options: Options,
     detector: Option<(BeamGeometry, usize, Detector)>,

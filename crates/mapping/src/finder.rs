@@ -10,6 +10,7 @@ use groma_models::LaserScan;
 use groma_registration::PolarView;
 
 /// The detectors, with the tables for the scanner that was seen last.
+#[derive(Clone)]
 pub struct Finder {
     corners: Corners,
     reflectors: reflector::Options,

@@ -44,6 +44,7 @@ pub enum Skipped {
 }
 
 /// A scan and the keyframe its pose hangs on.
+#[derive(Clone)]
 pub(crate) struct Placed {
     pub stamp: f64,
     pub keyframe: usize,
@@ -72,6 +73,7 @@ pub struct State {
 }
 
 /// Builds a map from scans and odometry.
+#[derive(Clone)]
 pub struct Mapper {
     pub(crate) options: Options,
     pub(crate) track: OdometryTrack,
@@ -124,6 +126,26 @@ impl Mapper {
             local_maps: self.closer.maps.len(),
             closures: self.closer.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count(),
         })
+    }
+
+    /// Where the vehicle was at a scan that was not taken yet: the last one that was, moved on by odometry, which is extrapolated
+    /// where it has not come, or as the vehicle moved before. Where none was taken, `first` [s] is when the vehicle was at the
+    /// origin.
+    #[must_use]
+    pub fn predict(&self, first: f64, stamp: f64) -> State {
+        let now = self.state().unwrap_or(State {
+            stamp: first,
+            pose: Se2::IDENTITY,
+            covariance: Matrix3::zeros(),
+            keyframes: 0,
+            local_maps: 0,
+            closures: 0,
+        });
+        let increment = extrapolation::increment(&self.track, now.stamp, stamp);
+        let (moved, spread) = self.tracker.foretell(stamp - now.stamp, increment.as_ref());
+        let back = moved.inverse().adjoint();
+        let covariance = back * now.covariance * back.transpose() + spread;
+        State { stamp, pose: now.pose * moved, covariance, ..now }
     }
 
     fn covariance(&self, last: &Placed) -> Matrix3<f64> {

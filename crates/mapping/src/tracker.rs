@@ -10,14 +10,14 @@
 //! stall and jump), and the alignment with the highest posterior wins.
 
 use crate::extrapolation::Increment;
+use crate::held::{weakest, without_traces};
 use crate::keyframe::Keyframe;
 use crate::motion::MotionModel;
 use crate::offset::Offset;
+use crate::rivals::{choose, starts, weigh_contradictions};
 use groma_geometry::Se2;
-use groma_registration::{
-    Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Visibility, Window, align,
-};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use groma_registration::{Alignment, PolarView, Prior, SurfaceMap, align};
+use nalgebra::{Matrix3, Vector3};
 
 /// A new keyframe is due after this much motion [m], [rad].
 const KEYFRAME: (f64, f64) = (0.2, 0.17);
@@ -35,17 +35,8 @@ const LOST: f64 = 0.35;
 const TORN: (f64, f64) = (0.5, 0.8);
 /// What a velocity that is taken to go on counts for, as a share of its information.
 const GUESS: f64 = 0.05;
-/// Information on a direction of the position below this share of that on the other is but a trace of noise.
-const TRACE: f64 = 0.01;
 /// How likely it is that, of a scan and odometry that contradict each other, the scan is wrong.
 const WRONG_WAY: f64 = 0.05;
-/// What a point that was seen through adds to the negative log posterior of a pose, and how many keyframes are asked.
-const CONTRADICTION: f64 = 0.3;
-const WITNESSES: usize = 3;
-/// A pose with a negative log posterior this much above the best is no rival.
-const NO_RIVAL: f64 = 8.0;
-/// Cell [m] and levels of the search field; range of the points that enter it [m].
-const FIELD: (f64, usize, f64) = (0.1, 3, 30.0);
 /// Drift of registration to a local map that its own covariance does not tell: [m per sqrt m], [rad per sqrt m].
 const DRIFT: (f64, f64) = (0.01, 0.003);
 
@@ -103,7 +94,7 @@ pub struct Overruled {
 }
 
 /// The state of the front end.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Tracker {
     model: MotionModel,
     offset: Offset,
@@ -156,8 +147,7 @@ impl Tracker {
             return self.begin(stamp, view, keyframes);
         };
         let seconds = stamp - self.stamp;
-        let coasting = self.model.from_velocity(&last, seconds);
-        let rolling = increment.map(|u| self.model.from_odometry(&last, &self.offset.apply(&u.motion), &u.excess));
+        let (coasting, rolling) = self.priors(&last, seconds, increment);
         let alone = rolling.is_none() || self.model.odometry_fails();
         if alone && rolling.is_some() {
             self.overrule(stamp);
@@ -183,6 +173,21 @@ impl Tracker {
             self.torn = true;
         }
         Step { lesson, ..self.keep(stamp, view, &found, surprised, keyframes) }
+    }
+
+    /// What is believed of the pose `seconds` after `last`: as the vehicle moved, and by odometry.
+    fn priors(&self, last: &Se2, seconds: f64, increment: Option<&Increment>) -> (Prior, Option<Prior>) {
+        let rolling = increment.map(|u| self.model.from_odometry(last, &self.offset.apply(&u.motion), &u.excess));
+        (self.model.from_velocity(last, seconds), rolling)
+    }
+
+    /// How the vehicle moves in `seconds` after the last scan, and the covariance of that.
+    #[must_use]
+    pub fn foretell(&self, seconds: f64, increment: Option<&Increment>) -> (Se2, Matrix3<f64>) {
+        let (coasting, rolling) = self.priors(&self.pose.unwrap_or(Se2::IDENTITY), seconds, increment);
+        let prior = rolling.filter(|_| !self.model.odometry_fails()).unwrap_or(coasting);
+        let moved = self.pose.unwrap_or(Se2::IDENTITY).between(&prior.pose);
+        (moved, prior.information.try_inverse().unwrap_or_else(Matrix3::zeros))
     }
 
     /// Learns from a scan and the odometry since the scan before, which may come later than the scan.
@@ -220,59 +225,13 @@ impl Tracker {
         let doubtful = found[0].share < DOUBT * self.usual_share || local.distance_sq(&found[0].pose) > SURPRISE;
         if wide || doubtful {
             let coasting = last.plus(self.velocity() * seconds.min(2.0));
-            let starts = self.search(scan, map, &[local.pose, to_map * *last, to_map * coasting], prior);
+            let starts = starts(scan, &map.surfaces, &[local.pose, to_map * *last, to_map * coasting], prior);
             found.extend(starts.iter().map(|start| align(scan, &map.surfaces, *start, Some(&local))));
-            self.weigh_contradictions(&mut found, view, keyframes);
+            weigh_contradictions(&mut found, view, &map.anchor, keyframes);
         }
         let mut best = choose(found);
         best.pose = map.anchor * best.pose;
         best
-    }
-
-    /// Adds to the cost of alignments what the views contradict; of those that could still win.
-    fn weigh_contradictions(&self, found: &mut Vec<Alignment>, view: &PolarView, keyframes: &[Keyframe]) {
-        found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut lowest = f64::INFINITY;
-        let mut weighed = 0;
-        for a in found.iter_mut() {
-            if a.cost > lowest + NO_RIVAL {
-                break;
-            }
-            let pose = self.growing[0].anchor * a.pose;
-            a.cost += CONTRADICTION * contradictions(view, &pose, keyframes) as f64;
-            lowest = lowest.min(a.cost);
-            weighed += 1;
-        }
-        found.truncate(weighed);
-    }
-
-    /// Starts found by correlative search around each of `centers`.
-    fn search(&self, scan: &SurfaceScan, map: &Growing, centers: &[Se2], prior: &Prior) -> Vec<Se2> {
-        let sigma = |k: usize| prior.information[(k, k)].powf(-0.5);
-        let window = |center: &Se2| Window {
-            center: *center,
-            reach: (2.5 * sigma(0)).clamp(0.4, 1.5),
-            turn: (2.5 * sigma(2)).clamp(0.35, 1.0),
-        };
-        let near = |p: &&Vector2<f64>| (*p - centers[0].translation).norm() < FIELD.2;
-        let points: Vec<Vector2<f64>> = map.surfaces.points().iter().filter(near).copied().collect();
-        let field = CorrelativeField::new(&points, FIELD.0, FIELD.1);
-        let step = scan.points.len().div_ceil(120).max(1);
-        let seen: Vec<Vector2<f64>> =
-            scan.points.iter().step_by(step).filter(|p| p.norm() < FIELD.2).copied().collect();
-        let mut starts: Vec<Se2> = Vec::new();
-        let mut done: Vec<Se2> = Vec::new();
-        for center in centers {
-            let covered = done.iter().any(|d| {
-                let e = d.between(center);
-                e.translation.norm() < 0.2 && e.theta().abs() < 0.15
-            });
-            if !covered {
-                done.push(*center);
-                starts.extend(field.search(&seen, &window(center), 0.15, 0.7).iter().take(8).map(|p| p.pose));
-            }
-        }
-        starts
     }
 
     /// Takes the pose over. Of what the scan does not hold, odometry bears witness; a velocity that is taken to go on
@@ -377,59 +336,4 @@ impl Tracker {
         let map = self.growing.first()?.clone();
         Some(Finished { keyframes: map.first..keyframes, map })
     }
-}
-
-/// How many points of a scan at `pose` recent keyframes saw through, and how many of theirs it sees through.
-fn contradictions(view: &PolarView, pose: &Se2, keyframes: &[Keyframe]) -> usize {
-    let through = |by: &PolarView, points: &SurfaceScan, t: Se2| {
-        points.points.iter().filter(|p| by.visibility(t.act(**p)) == Visibility::SeenThrough).count()
-    };
-    let recent = keyframes.iter().rev().step_by(2).take(WITNESSES);
-    recent
-        .map(|k| {
-            let t = k.tracked.between(pose);
-            through(&k.view, &view.scan, t) + through(view, &k.view.scan, t.inverse())
-        })
-        .sum()
-}
-
-/// The alignment of highest posterior, its covariance widened by the others as far as they compete with it.
-fn choose(mut found: Vec<Alignment>) -> Alignment {
-    found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut best = found[0].clone();
-    let mut scatter = Matrix3::zeros();
-    let mut weight = 1.0;
-    for other in &found[1..] {
-        let e = other.pose.minus(&best.pose);
-        let w = (best.cost - other.cost).exp();
-        scatter += e * e.transpose() * w;
-        weight += w;
-    }
-    scatter /= weight;
-    if scatter.trace() > 1e-6 {
-        let covariance = (best.information + Matrix3::identity() * 1e-2).try_inverse().unwrap_or_else(Matrix3::zeros);
-        best.information = (covariance + scatter).try_inverse().unwrap_or(best.information);
-    }
-    best
-}
-
-/// The information without what it seems to know of a direction of the position that it hardly knows.
-fn without_traces(information: &Matrix3<f64>) -> Matrix3<f64> {
-    let position = information.fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
-    let weak = usize::from(position.eigenvalues[0] > position.eigenvalues[1]);
-    if position.eigenvalues[weak] > TRACE * position.eigenvalues[1 - weak] {
-        return *information;
-    }
-    let along = position.eigenvectors.column(weak);
-    let keep =
-        Matrix3::identity() - Vector3::new(along[0], along[1], 0.0) * Vector3::new(along[0], along[1], 0.0).transpose();
-    keep * information * keep
-}
-
-/// Standard deviation along the weakest direction of the position [m] and that direction [rad].
-fn weakest(information: &Matrix3<f64>) -> (f64, f64) {
-    let covariance = (information + Matrix3::identity() * 1e-2).try_inverse().unwrap_or_else(Matrix3::zeros);
-    let (a, b, c) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-    let largest = 0.5 * (a + c) + (0.5 * (a - c)).hypot(b);
-    (largest.max(0.0).sqrt(), 0.5 * (2.0 * b).atan2(a - c))
 }

@@ -22,4 +22,4 @@ pub use map_at_poses::MapAtPoses;
 pub use message::Message;
 pub use order::{Left, Order, disorder};
 pub use survey::SurveyCameras;
-pub use wheels::{WheelReader, WheelRecord, WheelRow, WheelStep};
+pub use wheels::{WheelOdometry, WheelReader, WheelRecord, WheelRow, WheelStep};

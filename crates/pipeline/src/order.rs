@@ -54,6 +54,7 @@ pub fn disorder(stamps: impl IntoIterator<Item = f64>) -> f64 {
     latest.min(LEAP)
 }
 
+#[derive(Clone)]
 struct Waiting {
     key: f64,
     rank: u8,
@@ -62,7 +63,7 @@ struct Waiting {
 }
 
 /// A stage that orders messages.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Order {
     lateness: f64,
     waiting: Vec<Waiting>,

@@ -4,11 +4,15 @@ use crate::findings::to_list;
 use crate::gate::{self, Beams};
 use crate::pose_graph::estimation_error;
 use crate::token::{Token, interruptible};
+use crate::vehicle::to_vehicle;
 use groma_geometry::Se2;
+use groma_mapping::conclude;
 use groma_mapping::map_result::{EdgeKind, MapResult};
 use groma_mapping::options::Options;
 use groma_models::{Cell, Grid, LandmarkMap, LaserScan, Odometry};
 use groma_pipeline::map::Outcome;
+use groma_pipeline::message::WheelReading;
+use groma_pipeline::wheels::VirtualWheels;
 use groma_pipeline::{Map, Message};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1};
@@ -44,23 +48,44 @@ fn odometry_jumps(before: (f64, f64, f64, f64), after: (f64, f64, f64, f64)) -> 
 
 /// Builds a map from messages in the order in which they come.
 #[pyclass]
-struct Mapper(Option<Map>);
+struct Mapper {
+    map: Option<Map>,
+    /// Wheels made from the odometry of a vehicle that was calibrated by it.
+    made: Option<VirtualWheels>,
+}
 
 /// x, y, theta.
 type Pose = (f64, f64, f64);
 
 #[pymethods]
 impl Mapper {
-    /// `mount` is `T_base_laser`.
+    /// `mount` is `T_base_laser`, where there is no `vehicle` (JSON); `axle` is that of wheels made from odometry [m].
     #[new]
-    fn new(options: &str, mount: Pose) -> PyResult<Self> {
+    #[pyo3(signature = (options, mount, vehicle=None, axle=1.0))]
+    fn new(options: &str, mount: Pose, vehicle: Option<&str>, axle: f64) -> PyResult<Self> {
         let invalid = |e: String| PyValueError::new_err(e);
         let options: Options = serde_json::from_str(options).map_err(|e| invalid(e.to_string()))?;
-        Ok(Self(Some(Map::new(options, gate::pose(mount)?).map_err(|e| invalid(e.to_string()))?)))
+        let map = match vehicle {
+            Some(vehicle) => Map::of_vehicle(options, &to_vehicle(vehicle)?),
+            None => Map::new(options, gate::pose(mount)?),
+        };
+        let made = vehicle.map(|_| VirtualWheels::new(axle));
+        Ok(Self { map: Some(map.map_err(|e| invalid(e.to_string()))?), made })
     }
 
+    /// Odometry; of a vehicle, that which stands for its wheels.
     fn push_odometry(&mut self, py: Python<'_>, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<()> {
-        self.push(py, Message::Odometry(Odometry { stamp, pose: Se2::new(x, y, theta) }))
+        let odometry = Odometry { stamp, pose: Se2::new(x, y, theta) };
+        let message = match &mut self.made {
+            Some(made) => made.push(&odometry).map(Message::Wheels),
+            None => Some(Message::Odometry(odometry)),
+        };
+        message.map_or(Ok(()), |message| self.push(py, message))
+    }
+
+    /// Readings of joints of the vehicle: which of the two, and its position.
+    fn push_wheels(&mut self, py: Python<'_>, stamp: f64, positions: Vec<(usize, f64)>) -> PyResult<()> {
+        self.push(py, Message::Wheels(WheelReading { stamp, positions }))
     }
 
     /// `beams` is `(angle_min, angle_increment, time_increment, range_min, range_max)`; intensities as many as ranges, or
@@ -99,7 +124,7 @@ impl Mapper {
     ) -> PyResult<Bound<'py, PyDict>> {
         let core = self.core()?;
         let outcome = interruptible(py, token, show.as_ref(), |token| core.snapshot(token))?;
-        to_dict(py, &outcome.map_err(|e| estimation_error(py, e.to_string()))?)
+        self.told(py, outcome)
     }
 
     /// The map of everything; may be called once.
@@ -110,19 +135,25 @@ impl Mapper {
         token: Option<&Token>,
         show: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let core = self.0.take().ok_or_else(finished)?;
+        let core = self.map.take().ok_or_else(finished)?;
         let outcome = interruptible(py, token, show.as_ref(), |token| core.finish(token))?;
-        to_dict(py, &outcome.map_err(|e| estimation_error(py, e.to_string()))?)
+        self.told(py, outcome)
     }
 }
 
 impl Mapper {
     fn core(&self) -> PyResult<&Map> {
-        self.0.as_ref().ok_or_else(finished)
+        self.map.as_ref().ok_or_else(finished)
+    }
+
+    fn told<'py>(&self, py: Python<'py>, outcome: Result<Outcome, conclude::Error>) -> PyResult<Bound<'py, PyDict>> {
+        let mut outcome = outcome.map_err(|e| estimation_error(py, e.to_string()))?;
+        outcome.findings.extend(self.made.iter().flat_map(VirtualWheels::findings));
+        to_dict(py, &outcome)
     }
 
     fn push(&mut self, py: Python<'_>, message: Message) -> PyResult<()> {
-        let core = self.0.as_mut().ok_or_else(finished)?;
+        let core = self.map.as_mut().ok_or_else(finished)?;
         py.detach(|| core.push(message));
         Ok(())
     }

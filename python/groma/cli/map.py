@@ -9,10 +9,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.io.drive import Drive, open_drive
+from groma.io.drive import WHEELS, Drive, open_drive, open_vehicle_drive
 from groma.io.recording import Recording
 from groma.io.vehicle_file import read_vehicle
-from groma.io.wheel_drive import STREAM, open_wheel_drive
 from groma.runs.kinds import file_in
 from groma.runs.map import map_at_poses_into, map_into
 from groma.runs.run import Run
@@ -101,6 +100,6 @@ def _drive(recording: Recording, vehicle: Path | None, settings: Settings) -> Dr
     scans, odometry = (str(settings[stream]) or None for stream in ("scans", "odometry"))
     if vehicle is None:
         return open_drive(recording, scans=scans, odometry=odometry)
-    if odometry not in (None, STREAM):
+    if odometry not in (None, WHEELS):
         raise UserError(f"--odometry {odometry} and --vehicle contradict each other: give one of them")
-    return open_wheel_drive(recording, read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")), scans=scans)
+    return open_vehicle_drive(recording, read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")), scans=scans)

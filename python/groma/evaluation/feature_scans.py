@@ -103,7 +103,7 @@ def _gathered(drive: Drive, every: int) -> tuple[list[LaserScan], int, Trajector
     for event in drive.events():
         if isinstance(event, Odometry):
             rows.append((event.stamp, event.x, event.y, event.theta))
-        elif event.stamp in wanted:
+        elif isinstance(event, LaserScan) and event.stamp in wanted:
             scans.setdefault(event.stamp, event)
     kept = [scans[stamp] for stamp in sorted(scans)]
     if not rows:

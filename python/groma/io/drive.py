@@ -1,5 +1,7 @@
 """A drive: the one scan and the one odometry stream of a recording that a map is made of, in the order of the file.
 
+Of a calibrated vehicle the readings of its wheels take the place of odometry, and its laser sits where it was found.
+
 Choice when not told: the scan stream with most messages; the odometry on the scan lines themselves (CARMEN), else the
 Odometry stream with most messages, else a moving ``odom -> base`` edge of /tf. What was chosen among several is noted.
 
@@ -18,13 +20,21 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from groma.errors import UserError
 from groma.findings import Finding
 from groma.io.disorder import needed_lateness
 from groma.io.drive_choice import TF, Look, choose_odometry, choose_scans, look, mount_for
 from groma.io.left_out import left_out
 from groma.io.mounting import Mount
 from groma.io.recording import Recording
-from groma.models import LaserScan, Odometry, Transform
+from groma.io.wheels import WheelChoice, choose_wheels
+from groma.models import JointState, LaserScan, Odometry, Transform
+from groma.vehicle import Vehicle
+
+WHEELS = "wheels"
+"""Name of the odometry that is made of wheels."""
+_OF_VEHICLE = ("mount-unknown", "mount-found", "odometry-missing", "stamps-disordered")
+"""What the vehicle file says: findings on it do not hold."""
 
 
 @dataclass(slots=True)
@@ -46,20 +56,24 @@ class Drive:
     """How late messages come, by a look at the beginning [s]; 0 where they are in order."""
     skipped: Counter[str] = field(default_factory=Counter)
     """What readers of single streams left out, by reason."""
+    vehicle: Vehicle | None = None
+    """What drove, where its wheels are read."""
+    wheels: WheelChoice | None = None
+    """Which messages are the readings of its wheels."""
     _edge: tuple[str, str] | None = None
 
-    def events(self) -> Iterator[Odometry | LaserScan]:
-        """Yield odometry and scans in the order in which they came; may be called again for another pass."""
-        from_tf = self._edge is not None
-        names = {self.scans} if self.odometry is None or from_tf else {self.scans, self.odometry}
+    def events(self) -> Iterator[Odometry | JointState | LaserScan]:
+        """Yield scans, odometry or wheels in the order in which they came; may be called again for another pass."""
+        from_tf, motions = self._edge is not None, self.wheels.stream if self.wheels else self.odometry
+        names = {self.scans} if motions is None or from_tf else {self.scans, motions}
         if from_tf:
             names |= {stream.name for stream in self.recording.streams if stream.kind == "transform"}
         for message in self.recording.messages(names):
             if isinstance(message, LaserScan):
                 if message.stream == self.scans:
                     yield self._upright(message)
-            elif isinstance(message, Odometry):
-                if message.stream == self.odometry:
+            elif isinstance(message, Odometry | JointState):
+                if message.stream == motions:
                     yield message
             elif from_tf and isinstance(message, Transform) and (message.parent, message.child) == self._edge:
                 yield _odometry(message)
@@ -100,11 +114,48 @@ def open_drive(recording: Recording, *, scans: str | None = None, odometry: str 
     mount = mount_for(found, base, notes)
     named = f"{TF}:{edge[0]}->{edge[1]}" if edge else odometry_name
     drive = Drive(recording, scan_name, named, mount or Mount(), mount is not None, notes, _edge=edge)
-    drive.lateness = needed_lateness(drive.events())
+    _wait(drive)
+    return drive
+
+
+def open_vehicle_drive(recording: Recording, vehicle: Vehicle, *, scans: str | None = None) -> Drive:
+    """Open a drive of a calibrated vehicle.
+
+    Parameters
+    ----------
+    recording
+        An open recording with wheels and scans.
+    vehicle
+        What drove.
+    scans
+        Name of the scan stream; chosen when None.
+
+    Raises
+    ------
+    UserError
+        When there are no scans, or no wheels of the vehicle.
+    """
+    drive = open_drive(recording, scans=scans, odometry="none")
+    wheels = choose_wheels(recording, vehicle.model, joints=vehicle.joints)
+    if wheels.unit != vehicle.unit:
+        raise UserError(
+            f"{recording.path}: its wheels are read in {wheels.unit}, those of the vehicle in {vehicle.unit}"
+        )
+    x, y, yaw = vehicle.laser
+    drive.odometry, drive.vehicle, drive.wheels = WHEELS, vehicle, wheels
+    drive.mount, drive.mount_known = replace(drive.mount, x=x, y=y, yaw=yaw), True
+    drive.notes = [*(note for note in drive.notes if note.code not in _OF_VEHICLE), *wheels.findings]
+    _wait(drive)
+    return drive
+
+
+def _wait(drive: Drive) -> None:
+    """Ask for the time that messages must wait to be put into order, and say so."""
+    delay = drive.vehicle.parameters["delay"] if drive.vehicle else 0.0
+    drive.lateness = needed_lateness(drive.events(), delay)
     if drive.lateness:
         text = f"stamps are disordered: messages wait up to {drive.lateness:.3g} s to be put into order"
-        notes.append(Finding("stamps-disordered", text, values={"lateness": (drive.lateness, "s")}))
-    return drive
+        drive.notes.append(Finding("stamps-disordered", text, values={"lateness": (drive.lateness, "s")}))
 
 
 def _tf_odometry(wanted: str | None, chosen: str | None, found: Look, notes: list[Finding]) -> tuple[str, str] | None:

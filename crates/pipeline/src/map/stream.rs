@@ -42,6 +42,7 @@ impl Tally {
 pub(super) struct Stream {
     scans_read: usize,
     odometry_read: usize,
+    wheels_read: usize,
     scans_used: usize,
     empty: Tally,
     jumps: Tally,
@@ -54,6 +55,7 @@ impl Stream {
         match message {
             Message::Scan { .. } => self.scans_read += 1,
             Message::Odometry(_) => self.odometry_read += 1,
+            Message::Wheels(_) => self.wheels_read += 1,
             _ => {}
         }
     }
@@ -81,6 +83,7 @@ impl Stream {
             ("scans_read", self.scans_read as f64),
             ("scans_used", self.scans_used as f64),
             ("odometry_read", self.odometry_read as f64),
+            ("wheels_read", self.wheels_read as f64),
         ]
     }
 

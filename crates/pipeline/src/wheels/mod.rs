@@ -20,6 +20,7 @@ mod account;
 mod breaks;
 mod counter;
 mod join;
+mod odometry;
 mod record;
 mod virtual_wheels;
 
@@ -32,6 +33,7 @@ use groma_models::{Finding, WheelKind};
 use join::Join;
 use nalgebra::Vector2;
 
+pub use odometry::WheelOdometry;
 pub use record::WheelRecord;
 pub use virtual_wheels::VirtualWheels;
 

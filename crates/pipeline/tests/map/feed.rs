@@ -52,14 +52,24 @@ pub fn mapped(options: &Options, mount: Se2, arrivals: &[Arrival]) -> Outcome {
 
 /// All that a result holds, to the last bit.
 pub fn bytes(outcome: &Outcome) -> String {
+    format!("{} {:?} {:?} {}", estimate(outcome), outcome.counts, outcome.findings, outcome.verdict)
+}
+
+/// All that was estimated, to the last bit.
+pub fn estimate(outcome: &Outcome) -> String {
     let map = &outcome.map;
     let parts = [
         format!("{:?} {:?} {:?}", map.stamps, map.graph, map.chi_squares),
         format!("{:?} {:?} {:?}", map.covariances, map.trajectory, map.tracked),
         format!("{:?} {:?} {:?}", map.odometry, map.grid, map.landmarks),
-        format!("{:?} {:?} {}", outcome.counts, outcome.findings, outcome.verdict),
     ];
     parts.concat()
+}
+
+pub fn codes(outcome: &Outcome) -> Vec<&'static str> {
+    let mut names: Vec<_> = outcome.findings.iter().map(|f| f.code.name()).collect();
+    names.dedup();
+    names
 }
 
 /// Root mean square and largest distance of the poses of the scans from the truth, both seen from the first scan [m].

@@ -1,7 +1,7 @@
 //! Every verdict on a map, and every finding, has an input that leads to it.
 
 use crate::building::{drive, mount};
-use crate::feed::{Arrival, arrivals, fed, in_turn, laps, mapped, scan, sweeping};
+use crate::feed::{Arrival, arrivals, codes, fed, in_turn, laps, mapped, scan, sweeping};
 use groma_geometry::Se2;
 use groma_mapping::options::Options;
 use groma_models::finding::Code;
@@ -12,12 +12,6 @@ use groma_simulation::drive::Route;
 use groma_simulation::world::{WALL, World};
 use groma_simulation::{Scanner, Scenario};
 use nalgebra::Vector2;
-
-fn codes(outcome: &Outcome) -> Vec<&'static str> {
-    let mut names: Vec<_> = outcome.findings.iter().map(|f| f.code.name()).collect();
-    names.dedup();
-    names
-}
 
 fn value(outcome: &Outcome, code: Code, name: &str) -> f64 {
     let finding = outcome.findings.iter().find(|f| f.code == code).unwrap();

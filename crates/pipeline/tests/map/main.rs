@@ -6,4 +6,6 @@
 mod building;
 mod feed;
 mod findings;
+mod late;
 mod order;
+mod vehicle;
