@@ -45,7 +45,6 @@ class Timing:
     backward: int = 0
     largest_back_s: float = 0.0
     repeats: int = 0
-    not_finite: int = 0
     longest_gap_s: float = 0.0
     _newest: float = -math.inf
     _steps: Sample[float] = field(default_factory=Sample)
@@ -53,9 +52,6 @@ class Timing:
     def add(self, stamp: float) -> None:
         """Count one stamp."""
         self.count += 1
-        if not math.isfinite(stamp):
-            self.not_finite += 1
-            return
         if math.isfinite(self.last):
             self._step(stamp - self.last)
         else:
@@ -127,15 +123,11 @@ class OdometryStream:
     turned_rad: float = 0.0
     jumps: int = 0
     largest_step_m: float = 0.0
-    not_numbers: int = 0
     _before: Odometry | None = None
 
     def add(self, pose: Odometry) -> None:
         """Take one pose."""
         self.frame, self.child_frame = pose.frame, pose.child_frame
-        if not all(map(math.isfinite, (pose.x, pose.y, pose.theta))):
-            self.not_numbers += 1
-            return
         if self._before is not None:
             self._step(self._before, pose)
         self._before = pose

@@ -73,3 +73,14 @@ def lines_of_each_kind(text: str, separator: str | None) -> list[int]:
 def all_lines(text: str) -> list[int]:
     """Return every line."""
     return list(range(1, len(text.splitlines()) + 1))
+
+
+def lines_of_table(text: str, table: str) -> list[int]:
+    """Return the lines of a table of a TOML text and of the tables in it."""
+    inside, lines = False, []
+    for number, row in enumerate(text.splitlines(), 1):
+        if row.startswith("["):
+            inside = row.strip("[] \n").split(".")[0] == table
+        elif inside:
+            lines.append(number)
+    return lines

@@ -12,6 +12,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from camera_scenes import poses, write_images
 from drives import drive, scene
 from groma.camera_plan import DEFAULTS
 from groma.cli import run
@@ -19,7 +20,7 @@ from groma.io.camera_info import write_camera_info
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
 from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration
-from hostile.changes import all_lines, lines_of_each_kind
+from hostile.changes import all_lines, lines_of_each_kind, lines_of_table
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,15 @@ class Format:
     spelling: str = "plain"
     separator: str | None = " "
     """Of a log: what ends the word that names the kind of a line; None where every line counts."""
+    table: str = ""
+    """Of a file of settings: the table that the command takes; lines of others are left as they are."""
+    program: str = "groma.cli"
+    """What takes the command line."""
 
     def lines(self, text: str) -> list[int]:
         """Which lines are changed."""
+        if self.table:
+            return lines_of_table(text, self.table)
         return all_lines(text) if self.separator is None else lines_of_each_kind(text, self.separator)
 
 
@@ -151,6 +158,16 @@ def relations(path: Path) -> None:
     path.write_text("101 103 0.2 0 0 0 0 0\n102 105 0.3 0 0 0 0 0\n")
 
 
+def pose_graph(path: Path) -> None:
+    """A square that is driven twice, closed once."""
+    lines = [
+        f"VERTEX_SE2 {k} {(0, 1, 1, 0)[k % 4]} {(0, 0, 1, 1)[k % 4]} {0.5 * math.pi * (k % 4)}\n" for k in range(8)
+    ]
+    for k in range(7):
+        lines.append(f"EDGE_SE2 {k} {k + 1} 1.02 0.01 1.57 100 0 0 100 0 400\n")
+    path.write_text("".join([*lines, "EDGE_SE2 0 4 0.05 0.02 0.01 50 1 0 50 2 200\n", "FIX 0\n"]))
+
+
 GRAPH = """start: a
 nodes:
   a: [0, 0]
@@ -201,6 +218,7 @@ def make(good: Path) -> None:
     for name, write in {
         "carmen.log": carmen, "robotlaser.log": robotlaser, "dpslam.log": dpslam, "encoder.txt": encoder_log,
         "mines.dat": mines, "tuples.txt": motion_tuples, "wheels.csv": csv_of_wheels, "true.relations": relations,
+        "graph.g2o": pose_graph,
     }.items():  # fmt: skip
         write(good / name)
     ticks(good, good / "ticks.csv")
@@ -217,6 +235,7 @@ def make(good: Path) -> None:
     (good / "marks.csv").write_text("x,y,sigma\n" + "".join(f"{x},{y},0.01\n" for x, y in ((1, 2), (3, -2), (6, 1))))
     assert run(["calibrate", "vehicle", str(good / "wheels.csv"), "-o", str(good / "vehicle")]) in (0, 1)
     assert run(["simulate", "cameras", "loop", "-o", str(good / "survey"), "--seed", "2"]) == 0
+    write_images(good / "images", poses(6, seed=1))
     network(good)
     settings(good)
 
@@ -227,6 +246,20 @@ LOCALIZE = ("localize", "{good}/drive.csv", "--start", "0,0,0", "-o", "out")
 PLAN = ("plan", "exploration", "{file}", "-o", "out")
 CAMERA = ("plan", "camera", "--sigma", "2", "-o", "out")
 SURVEY = ("cameras", "map", "{folder}", "-o", "out")
+
+SETTINGS = tuple(
+    Format(f"settings of {table}", "settings.toml", (*command, "--config", "{file}", "-o", "out"), table=table)
+    for table, command in {
+        "map": ("map", "{good}/drive.csv"),
+        "localize": ("localize", "{good}/drive.csv", "--map", "{good}/map"),
+        "calibrate": ("calibrate", "vehicle", "{good}/wheels.csv"),
+        "cameras": ("cameras", "map", "{good}/survey"),
+        "camera": ("calibrate", "camera", "{good}/images", "--target", "{good}/april.yaml"),
+        "plan_camera": ("plan", "camera"),
+        "plan_vehicle": ("plan", "vehicle", "--tolerance", "laser_x=5mm"),
+        "exploration": ("plan", "exploration", "{good}/graph.yaml"),
+    }.items()
+)
 
 FORMATS = (
     Format("CARMEN", "carmen.log", MAP),
@@ -269,16 +302,6 @@ FORMATS = (
     Format("cameras of a survey", "survey/cameras/camera1.yaml", SURVEY, "yaml", None),
     Format("detections", "survey/detections.jsonl", SURVEY, "json", ":"),
     Format("odometry of a survey", "survey/odometry.csv", SURVEY, separator=","),
-    Format(
-        "settings of a survey",
-        "settings.toml",
-        (*SURVEY[:2], "{good}/survey", "-o", "out", "--config", "{file}"),
-        separator=None,
-    ),
-    Format(
-        "settings of map",
-        "settings.toml",
-        ("map", "{good}/drive.csv", "--config", "{file}", "-o", "out"),
-        separator=None,
-    ),
+    Format("pose graph", "graph.g2o", ("{file}",), separator=None, program="graphs"),
+    *SETTINGS,
 )

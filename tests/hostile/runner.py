@@ -1,8 +1,9 @@
 """Runs command lines of groma one after the other, each in a process of its own with bounds on memory and time.
 
-A line of standard input is ``{"arguments": [...], "folder": ...}``, a line of standard output what came of it: exit
-code (negative: the signal that ended it), seconds of work, peak memory [MB], what it said on standard error. The
-package is imported once; a command runs in a fork of the process, which has no threads.
+A line of standard input is ``{"program": ..., "arguments": [...], "folder": ...}``, the program a module with a
+function ``run``; a line of standard output what came of it: exit code (negative: the signal that ended it), seconds of
+work, peak memory [MB], what it said on standard error. The package is imported once; a command runs in a fork of the
+process, which has no threads.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ SECONDS = 20
 ADDRESS_SPACE = 3 << 30
 
 
-def child(arguments: list[str], folder: Path) -> None:
+def child(program: str, arguments: list[str], folder: Path) -> None:
     """Run one command line; does not return."""
     log = os.open(folder / "stderr.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(log, 2)
@@ -34,7 +35,7 @@ def child(arguments: list[str], folder: Path) -> None:
     signal.alarm(5 * SECONDS)
     code = 1
     try:
-        code = import_module("groma.cli").run(arguments)
+        code = import_module(program).run(arguments)
     except BaseException:
         traceback.print_exc()
     sys.stderr.flush()
@@ -47,7 +48,7 @@ def outcome(request: dict[str, object]) -> dict[str, object]:
     assert isinstance(arguments, list)
     pid = os.fork()
     if pid == 0:
-        child(arguments, folder)
+        child(str(request["program"]), arguments, folder)
     _, status, usage = os.wait4(pid, 0)
     said = (folder / "stderr.txt").read_text(errors="replace")
     return {

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from hostile import bags, formats
+from hostile import bags, formats, link
 from hostile.changes import changes
 from hostile.formats import FORMATS, Format
 
@@ -34,11 +34,12 @@ class Runner:
     folder: Path
     runs: int = 0
 
-    def complaint(self, arguments: list[str], folder: Path) -> str:
+    def complaint(self, arguments: list[str], folder: Path, program: str = "groma.cli") -> str:
         """Run a command in a folder; return what is wrong with how it ended, nothing when all is well."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
-        self.process.stdin.write(json.dumps({"arguments": arguments, "folder": str(folder)}) + "\n")
+        request = {"program": program, "arguments": arguments, "folder": str(folder)}
+        self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
         found: dict[str, Any] = json.loads(self.process.stdout.readline())
         self.runs += 1
@@ -104,7 +105,7 @@ def complaints_of_text(kind: Format, good: Path, runner: Runner, *, whole: bool)
         file.write_text(change.text)
         names = {"{file}": str(file), "{folder}": str(file.parent), "{good}": str(good)}
         arguments = [names.get(word, word.replace("{good}", str(good))) for word in kind.command]
-        if told := runner.complaint(arguments, case):
+        if told := runner.complaint(arguments, case, kind.program):
             found.append(f"{change.name}: {told}")
     return found
 
@@ -142,3 +143,37 @@ def test_a_few_numbers_of_a_bag(kind: bags.Bag, runner: Runner) -> None:
 @pytest.mark.parametrize("kind", bags.KINDS, ids=lambda kind: kind.name)
 def test_every_number_of_a_bag(kind: bags.Bag, runner: Runner) -> None:
     assert complaints_of_bag(kind, runner, whole=True) == []
+
+
+def complaints_of_link(good: Path, runner: Runner, *, whole: bool) -> list[str]:
+    """Run the chosen changes of what a live survey recorded."""
+    told, found = link.messages(good / "survey"), []
+    for number, change in link.cases(told):
+        name = f"message {number}, {change.name}"
+        if not chosen("link", name, whole=whole):
+            continue
+        case = runner.place()
+        beside(good, "survey/detections.jsonl", case)
+        (case / "survey" / "odometry.csv").unlink()
+        link.write(case / "survey" / "recording.mcap", told, number, change.text)
+        if complaint := runner.complaint(["cameras", "map", str(case / "survey"), "-o", "out"], case):
+            found.append(f"{name}: {complaint}")
+    return found
+
+
+def test_a_live_survey_that_is_not_changed_gives_a_map(good: Path, runner: Runner) -> None:
+    case = runner.place()
+    beside(good, "survey/detections.jsonl", case)
+    (case / "survey" / "odometry.csv").unlink()
+    link.write(case / "survey" / "recording.mcap", link.messages(good / "survey"))
+    assert runner.complaint(["cameras", "map", str(case / "survey"), "-o", "out"], case) == ""
+    assert (case / "out" / "network.json").exists()
+
+
+def test_a_few_numbers_of_a_live_survey(good: Path, runner: Runner) -> None:
+    assert complaints_of_link(good, runner, whole=False) == []
+
+
+@pytest.mark.slow
+def test_every_number_of_a_live_survey(good: Path, runner: Runner) -> None:
+    assert complaints_of_link(good, runner, whole=True) == []

@@ -50,7 +50,7 @@ def sections(found: Inspection) -> Iterator[Section]:
             [_scan_row(name, scan) for name, scan in found.scans.items() if scan.geometry],
         ),
         "Odometry": (
-            ("stream", "frames", "path [m]", "turned [rad]", "largest step [m]", "jumps", "no numbers"),
+            ("stream", "frames", "path [m]", "turned [rad]", "largest step [m]", "jumps"),
             [_odometry_row(name, odometry) for name, odometry in found.odometry.items()],
         ),
         "Joints": (("stream", "names"), [(name, ", ".join(names)) for name, names in found.joints.items()]),
@@ -91,7 +91,6 @@ def _order(timing: Timing) -> str:
     faults = [
         (timing.backward, f"{timing.backward} back (up to {timing.largest_back_s:.3g} s)"),
         (timing.repeats, f"{timing.repeats} repeated"),
-        (timing.not_finite, f"{timing.not_finite} no numbers"),
     ]
     return ", ".join(text for count, text in faults if count) or "ok"
 
@@ -133,7 +132,6 @@ def _odometry_row(name: str, odometry: OdometryStream) -> tuple[str, ...]:
         f"{odometry.turned_rad:.1f}",
         f"{odometry.largest_step_m:.3g}",
         str(odometry.jumps),
-        str(odometry.not_numbers),
     )
 
 
@@ -153,7 +151,6 @@ def _timing_json(name: str, kind: Kind, timing: Timing) -> dict[str, Any]:
         "backward_steps": timing.backward,
         "largest_backward_step_s": timing.largest_back_s,
         "repeated_stamps": timing.repeats,
-        "stamps_not_finite": timing.not_finite,
     }
 
 
@@ -190,5 +187,4 @@ def _odometry_json(name: str, odometry: OdometryStream) -> dict[str, Any]:
         "turned_rad": _number(odometry.turned_rad),
         "largest_step_m": _number(odometry.largest_step_m),
         "jumps": odometry.jumps,
-        "not_numbers": odometry.not_numbers,
     }

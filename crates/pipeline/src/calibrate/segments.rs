@@ -146,6 +146,24 @@ mod tests {
         assert_eq!(cut(&log, &[], Some(2.0)).kind, SegmentKind::Windows, "where they are asked for");
     }
 
+    /// Half a percent of the usual pace is standing, five percent is driving, however long it lasts.
+    #[test]
+    fn who_creeps_drives_and_who_hardly_moves_stands() {
+        let between = |pace: f64| move |t: f64| if t % 5.0 < 2.0 { 4.0 * pace } else { 4.0 };
+        for kind in [WheelKind::Steered, WheelKind::Differential] {
+            assert_eq!(cut(&driven(kind, 31.0, between(0.005)), &[], None).kind, SegmentKind::StopAndGo);
+            assert_eq!(cut(&driven(kind, 31.0, between(0.05)), &[], None).kind, SegmentKind::Windows);
+        }
+        let slowly =
+            |pace: f64| driven(WheelKind::Differential, 60.0, move |t| if t < 30.0 { 4.0 } else { 4.0 * pace });
+        for (pace, turned) in [(0.005, false), (0.05, true), (-0.05, true)] {
+            let log = slowly(pace);
+            let rates = Rates::new(&log, &[]);
+            assert_eq!(rates.turned(&log, 1031.0, 1059.0), turned, "{pace}, half a minute");
+            assert_eq!(rates.turned(&log, 1031.0, 1031.3), turned, "{pace}, a moment");
+        }
+    }
+
     #[test]
     fn wheels_that_never_turn_have_no_stops() {
         let log = driven(WheelKind::Differential, 10.0, |_| 0.0);
@@ -155,7 +173,7 @@ mod tests {
     #[test]
     fn windows_have_one_length_and_stay_within_the_log() {
         let log = driven(WheelKind::Differential, 10.0, |_| 3.0);
-        for length in [0.5, 0.31, 2.0] {
+        for length in (1..40).map(|k| 0.053 * f64::from(k)) {
             let stations = cut(&log, &[], Some(length)).stations;
             let (first, last) = log.span();
             assert!(stations[0].from > first + 0.1 && stations[stations.len() - 1].from < last - 0.1);
