@@ -302,6 +302,6 @@ FORMATS = (
     Format("cameras of a survey", "survey/cameras/camera1.yaml", SURVEY, "yaml", None),
     Format("detections", "survey/detections.jsonl", SURVEY, "json", ":"),
     Format("odometry of a survey", "survey/odometry.csv", SURVEY, separator=","),
-    Format("pose graph", "graph.g2o", ("{file}",), separator=None, program="graphs"),
+    Format("pose graph", "graph.g2o", ("{file}",), program="graphs"),
     *SETTINGS,
 )

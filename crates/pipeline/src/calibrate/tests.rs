@@ -240,23 +240,28 @@ fn settings_out_of_range_are_refused_by_name() {
     assert!(refused(Settings { model: Some("bicycle".into()), ..Settings::default() }).contains("bicycle"));
 }
 
-/// What is kept of a long drive is bounded by its windows and stops.
+/// Two seconds of driving, and then so many of something else: how many scans at 50 Hz are kept of the rest.
+fn kept_of(seconds: usize, then: [f64; 2]) -> usize {
+    let mut keeping = Keeping::new(groma_models::WheelKind::Differential, None);
+    let mut row = |k: usize| {
+        let end = 0.02 * k as f64;
+        let input = if k < 100 { nalgebra::Vector2::repeat(1.0) } else { nalgebra::Vector2::from(then) };
+        let step = Some(crate::wheels::WheelStep { start: end - 0.02, end, input });
+        keeping.read(&crate::wheels::WheelRow { stamp: end, reading: input * k as f64, step });
+        keeping.decide(end + 0.001).keep
+    };
+    (0..100).for_each(|k| drop(row(k)));
+    (100..100 + 50 * seconds).filter(|k| row(*k)).count()
+}
+
+/// What is kept of a long drive is bounded by its windows and stops; who creeps, or turns with one wheel, does not stand.
 #[test]
 fn a_long_standstill_keeps_few_scans() {
-    let mut keeping = Keeping::new(groma_models::WheelKind::Differential, None);
-    let row = |k: i32, counts: f64| {
-        let (stamp, reading) = (0.02 * f64::from(k), nalgebra::Vector2::new(counts, counts));
-        let input = nalgebra::Vector2::repeat(if k < 100 { 1.0 } else { 0.0 });
-        crate::wheels::WheelRow {
-            stamp,
-            reading,
-            step: Some(crate::wheels::WheelStep { start: stamp - 0.02, end: stamp, input }),
-        }
-    };
-    let mut kept = 0;
-    for k in 0..20_000 {
-        keeping.read(&row(k, f64::from(k.min(100))));
-        kept += usize::from(keeping.decide(0.02 * f64::from(k) + 0.001).keep);
-    }
+    let kept = kept_of(400, [0.0, 0.0]);
     assert!((800..900).contains(&kept), "two a second, and fifty: {kept}");
+    assert_eq!(kept_of(400, [0.001, 0.0]), kept, "a thousandth of the pace");
+    for creeps in [[0.1, 0.1], [0.1, 0.0], [0.0, -0.1]] {
+        let kept = kept_of(10, creeps);
+        assert!((19..=21).contains(&kept), "two a second: {kept} of {creeps:?}");
+    }
 }
