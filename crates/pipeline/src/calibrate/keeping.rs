@@ -86,8 +86,9 @@ impl Keeping {
         pace.is_none_or(|p| p.rate < STILL * self.fastest || p.rate == 0.0)
     }
 
+    /// Windows are those of the wheels: before their first reading there are none, and scans are kept as at a stop.
     fn is_first_of_a_window(&mut self, stamp: f64) -> bool {
-        let origin = *self.origin.get_or_insert(stamp + MARGIN);
+        let Some(origin) = self.origin else { return false };
         let window = ((stamp - origin) / self.length).floor();
         let is_first = self.last_window.is_none_or(|last| window > last);
         if is_first {
