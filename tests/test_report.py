@@ -202,7 +202,8 @@ def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult
 @pytest.mark.parametrize(
     ("metres", "text"),
     [(0.0, "0.0 mm"), (0.00123, "1.2 mm"), (0.00999, "1.0 cm"), (0.034, "3.4 cm"), (0.34, "34 cm"), (0.999, "0.999 m"),
-     (12.345, "12.3 m"), (293.2, "293 m"), (12345.6, "12346 m"), (-0.05, "−5.0 cm"), (float("nan"), "–")],
+     (12.345, "12.3 m"), (293.2, "293 m"), (12345.6, "12346 m"), (-0.05, "−5.0 cm"), (float("nan"), "–"),
+     (1.3e-15, "0.0 mm"), (-1e-9, "0.0 mm"), (2e-6, "0.0020 mm")],
 )  # fmt: skip
 def test_lengths(metres: float, text: str) -> None:
     assert words.length(metres) == text.replace(" ", "\N{NO-BREAK SPACE}")
@@ -212,6 +213,7 @@ def test_other_words() -> None:
     assert words.duration(59.6) == "1:00"
     assert words.duration(3725) == "1:02:05"
     assert words.number(-0.04, 1) == "0.0"
+    assert (words.short(-1e-17), words.short(0.0123), words.pixels(3e-14)) == ("0", "0.012", "0\N{NO-BREAK SPACE}px")
     assert words.bearing(-np.pi / 2) == "90°"
 
 

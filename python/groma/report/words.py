@@ -13,10 +13,15 @@ STRAINED_RAD = math.radians(1)
 """A closure is violated when more than this is left of it after optimisation (Hess et al., ICRA 2016, table IV)."""
 
 
+NOTHING = 1e-6
+"""Lengths [m] and counts of pixels below this are rounding errors, and told as zero."""
+
+
 def length(metres: float) -> str:
     """Return a length in millimetres, centimetres or metres, to two digits (three in metres)."""
     if not math.isfinite(metres):
         return "–"
+    metres = metres if abs(metres) >= NOTHING else 0.0
     size = float(f"{abs(metres):.2g}")
     for below, factor, digits, unit in ((0.01, 1000, 2, "mm"), (1, 100, 2, "cm"), (1000, 1, 3, "m")):
         if size < below:
@@ -36,7 +41,8 @@ def pixels(size: float) -> str:
 
 
 def short(value: float) -> str:
-    """Return a number to two digits, or to all before the point."""
+    """Return a number to two digits, or to all before the point; rounding errors are zero."""
+    value = value if abs(value) >= NOTHING else 0.0
     return number(value, 0) if abs(value) >= 10 else f"{value:.2g}".replace("-", "\N{MINUS SIGN}")
 
 
