@@ -1,12 +1,16 @@
 //! The result of mapping: values only.
 
 use crate::closure::{Closure, Verdict};
+use crate::conclude::VIOLATED;
 use crate::pose_graph::PoseGraph;
 use crate::tracker::Overruled;
 use crate::weak::{Reason, WeakSpot};
 use groma_geometry::Se2;
 use groma_models::{Grid, LandmarkMap};
 use nalgebra::{Matrix3, Vector3};
+
+/// Views that agree this close to where the graph has them show the same place [m], [rad].
+const SAME_PLACE: (f64, f64) = (1.0, 0.2);
 
 /// What an edge of the final graph stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,9 +75,25 @@ impl MapResult {
         self.closures.iter().filter(|(c, ..)| c.verdict == Verdict::Accepted)
     }
 
-    /// Closures that were accepted, and that the graph of all keyframes cannot meet.
+    /// Closures whose views agree and that the graph of all keyframes cannot meet: they were accepted and left out again, or lie
+    /// just beyond what the graph allows. What lies far beyond is another place that looks alike.
     pub fn violated(&self) -> impl Iterator<Item = &(Closure, usize, usize)> {
-        self.closures.iter().filter(|(c, ..)| c.verdict == Verdict::Violated)
+        self.closures.iter().filter(|closed| self.is_violated(closed))
+    }
+
+    fn is_violated(&self, closed: &(Closure, usize, usize)) -> bool {
+        let closure = &closed.0;
+        let (metres, radians) = self.left_of(closed);
+        let is_unmet = metres > VIOLATED.0 || radians > VIOLATED.1;
+        let moved = closure.predicted.between(&closure.check.pose);
+        match closure.verdict {
+            Verdict::Violated => true,
+            Verdict::Contradicted => is_unmet,
+            Verdict::Implausible => {
+                is_unmet && moved.translation.norm() < SAME_PLACE.0 && moved.theta().abs() < SAME_PLACE.1
+            }
+            _ => false,
+        }
     }
 
     /// Length of the path through the keyframes [m].

@@ -15,6 +15,7 @@ pub mod map_at_poses;
 pub mod message;
 pub mod order;
 pub mod survey;
+mod text;
 pub mod wheels;
 
 pub use map::Map;

@@ -3,7 +3,7 @@
 //! | finding | when |
 //! |---|---|
 //! | map-torn | a scan was not found on the map and no odometry bridged the gap |
-//! | closure-violated | more than `STRAINED` of the closures that had passed all checks cannot be met by the whole graph |
+//! | closure-violated | more than `STRAINED` of the closures whose views agree cannot be met by the whole graph |
 //! | loop-none | no loop closure |
 //! | weak-stretch | registration alone holds the position poorly there |
 //! | odometry-overruled | scans before which odometry had failed |
@@ -12,6 +12,7 @@
 //! | limit-reached | the map is too large for the cell that was asked for |
 //! | interrupted | the conclusion was cancelled |
 
+use crate::text::fixed;
 use groma_mapping::map_result::MapResult;
 use groma_mapping::weak::{Reason, WeakSpot};
 use groma_models::Finding;
@@ -86,8 +87,10 @@ fn offset(map: &MapResult) -> Option<Finding> {
     let (pose, sigmas) = &map.offset;
     let (x, y, sigma) = (pose.x(), pose.y(), sigmas.x.max(sigmas.y));
     let text = format!(
-        "odometry and scans agree best with the scanner {x:.2} m ahead and {y:.2} m to the left of where it is said to \
-         sit; the poses written are those of the frame that was given"
+        "odometry and scans agree best with the scanner {} m ahead and {} m to the left of where it is said to sit; the poses \
+         written are those of the frame that was given",
+        fixed(x, 2),
+        fixed(y, 2)
     );
     (map.has_odometry && x.hypot(y) >= OFFSET.max(3.0 * sigma))
         .then(|| Finding::new(Code::ScannerOffset, text).with("x", x, "m").with("y", y, "m").with("sigma", sigma, "m"))
@@ -104,8 +107,8 @@ fn stretch(spot: &WeakSpot) -> Finding {
     let (code, text) = match spot.reason {
         Reason::Torn => (Code::MapTorn, spot.reason.told().to_owned()),
         why => {
-            let text =
-                format!("near ({x:.1}, {y:.1}) a scan holds the position to {:.2} m only: {}", spot.sigma, why.told());
+            let (x, y) = (fixed(x, 1), fixed(y, 1));
+            let text = format!("near ({x}, {y}) a scan holds the position to {:.2} m only: {}", spot.sigma, why.told());
             (Code::WeakStretch, text)
         }
     };

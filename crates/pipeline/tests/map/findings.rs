@@ -1,6 +1,6 @@
 //! Every verdict on a map, and every finding, has an input that leads to it.
 
-use crate::building::{drive, mount};
+use crate::building::{around, drive, mount};
 use crate::feed::{Arrival, arrivals, codes, fed, in_turn, laps, mapped, scan, sweeping};
 use groma_geometry::Se2;
 use groma_mapping::options::Options;
@@ -66,6 +66,55 @@ fn a_gap_that_nothing_bridges_tears_the_map() {
     assert_eq!(outcome.verdict, "torn");
     let (from, to) = span(&outcome, Code::MapTorn);
     assert!(from >= simulated.scans[59].stamp && to <= scans[scans.len() - 1].stamp);
+}
+
+/// The hall, its eastern half moved north by `shift` metres, block and furniture included.
+fn parted(shift: f64) -> World {
+    let mut world = World::default();
+    let mut half = |west: bool, corners: &[(f64, f64)]| {
+        let by = if west { 0.0 } else { shift };
+        let corners: Vec<Vector2<f64>> = corners.iter().map(|(x, y)| Vector2::new(*x, y + by)).collect();
+        world.polyline(&corners, WALL);
+    };
+    half(true, &[(9.0, 0.0), (0.0, 0.0), (0.0, 10.0), (9.0, 10.0)]);
+    half(false, &[(9.0, 0.0), (16.0, 0.0), (16.0, 10.0), (9.0, 10.0)]);
+    half(true, &[(9.0, 3.5), (4.0, 3.5), (4.0, 6.5), (9.0, 6.5)]);
+    half(false, &[(9.0, 3.5), (12.0, 3.5), (12.0, 6.5), (9.0, 6.5)]);
+    [(1.0, 9.3, true), (6.0, 0.4, true), (11.0, 9.5, false), (15.2, 2.5, false)].into_iter().for_each(
+        |(x, y, west)| {
+            half(
+                west,
+                &[(x - 0.3, y - 0.4), (x + 0.3, y - 0.4), (x + 0.3, y + 0.4), (x - 0.3, y + 0.4), (x - 0.3, y - 0.4)],
+            );
+        },
+    );
+    world
+}
+
+/// One lap, then another one in a hall whose eastern half is elsewhere: each half closes loops, and no map meets both.
+#[test]
+fn a_hall_that_was_rebuilt_on_the_way_strains_the_map() {
+    let still = sweeping(1);
+    let near = Scenario { scanner: Scanner { range_max: 6.0, ..still.scanner }, ..still };
+    let before = drive(parted(0.0), &around(2), &near);
+    let verdict = |shift: f64| {
+        let after = drive(parted(shift), &around(2), &near);
+        assert_eq!(before.odometry, after.odometry);
+        let half = before.scans.len() / 2;
+        let scans: Vec<LaserScan> = before.scans[..half].iter().chain(&after.scans[half..]).cloned().collect();
+        mapped(&Options::default(), mount(&near), &arrivals(&scans, &before.odometry, 0.0))
+    };
+    assert_eq!(verdict(0.0).verdict, "consistent");
+    let strained = verdict(0.5);
+    assert_eq!(strained.verdict, "strained");
+    let (violated, closures) =
+        (value(&strained, Code::ClosureViolated, "violated"), value(&strained, Code::ClosureViolated, "closures"));
+    assert!(violated >= 2.0 && violated < closures, "{violated} of {closures}");
+    let worst = value(&strained, Code::ClosureViolated, "worst");
+    assert!(worst > 0.25 && worst < 0.8, "{worst}");
+    let (from, to) = span(&strained, Code::ClosureViolated);
+    let middle = before.scans[before.scans.len() / 2].stamp;
+    assert!(from < middle && to > middle, "{from} .. {to}, rebuilt at {middle}");
 }
 
 /// A turn of a run that is asked to end: the graph as it stands, and the word for it.
