@@ -230,6 +230,51 @@ fn what_the_wheels_did_is_what_was_driven() {
     }
 }
 
+/// A result that was made, spoilt in one way after the other.
+#[test]
+fn what_speaks_against_a_result_is_told_and_what_is_not_known_well_enough() {
+    let drive = simulate_calibration(&driving_on(12.0), &Token::new()).unwrap();
+    let mut found = run(&settings(TRICYCLE), &messages(&drive, false)).unwrap().calibration;
+    let is_told = |found: &Calibration| {
+        judgement::findings(found, SegmentKind::Windows).iter().any(|f| f.code == Code::ModelMisfit)
+    };
+    let mut spoil = |noise: f64, p: f64| {
+        found.noise_scale = noise;
+        found.tests.iter_mut().for_each(|t| t.p_value = p);
+        is_told(&found)
+    };
+    assert!(!spoil(1.2, 0.05));
+    assert!(spoil(4.0, 0.05) && spoil(1.2, 1e-4));
+    let width = found.half_widths(CONFIDENCE)[found.layout.position("laser_yaw").unwrap()];
+    let lacks = |tolerance: f64| missed(&found, &BTreeMap::from([("laser_yaw".to_string(), tolerance)]));
+    assert!(lacks(1.01 * width).is_empty());
+    assert!(lacks(width / 3.0)[0].text.contains("9.0 times"), "{:?}", lacks(width / 3.0));
+}
+
+/// Poses of the sensor every 0.4 s, of a vehicle whose steering encoder is geared.
+#[test]
+fn rare_poses_are_used_all_and_a_gain_that_is_known_as_it_is_told() {
+    let geared = Drivetrain::Tricycle {
+        drive_scale: 0.125,
+        wheelbase: 1.5,
+        steering_gain: 0.8,
+        steering_offset_forward: 0.02,
+        steering_offset_backward: 0.02,
+    };
+    let scenario = CalibrationScenario { drivetrain: geared, ..driving_on(20.0) };
+    let drive = simulate_calibration(&scenario, &Token::new()).unwrap();
+    let [x, y, yaw] = scenario.scanner.mount;
+    let mut all: Vec<Message> =
+        messages(&drive, false).into_iter().filter(|m| matches!(m, Message::Wheels(_))).collect();
+    let rare = drive.scans.iter().zip(&drive.scan_poses).step_by(2);
+    all.extend(rare.map(|(s, pose)| Message::Odometry(Odometry { stamp: s.stamp, pose: *pose * Se2::new(x, y, yaw) })));
+    all.sort_by(|a, b| a.stamp().total_cmp(&b.stamp()));
+    let found = run(&Settings { source: Source::Poses, gain: 0.8, ..settings(geared) }, &all).unwrap();
+    assert!(found.motions.motions.len() > 44, "{} motions", found.motions.motions.len());
+    let (offset, _) = value(&found, "steering_offset");
+    assert!((offset - 0.02).abs() < 2e-3 && (value(&found, "laser_x").0 - x).abs() < 0.01, "{offset}");
+}
+
 #[test]
 fn cancelled_work_ends_at_once() {
     let drive = simulate_calibration(&driving_on(10.0), &Token::new()).unwrap();
