@@ -1,35 +1,26 @@
 """The tables of settings, one a command: their names in files and their defaults, which are those of the core.
 
 `groma config` prints them, ``--config`` takes them back, and ``run.toml`` has the one of its run. A setting without a
-default is None; a file leaves it out.
+default is None; a file leaves it out. A command needs one of them: the modules of the others are not read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
-from groma.camera_calibration import camera_defaults
-from groma.camera_plan import DEFAULTS, Search
 from groma.errors import UserError
-from groma.evaluation.association import Matching
-from groma.evaluation.exploration import LAMBDAS, Comparison
-from groma.exploration import Budget, Goal, Lambda, Limits, Noise, Sigma, StrategyName
-from groma.exploration import Settings as Exploration
-from groma.localization_simulation import Rounds
-from groma.localize import localize_defaults
-from groma.mapper import map_defaults
-from groma.network import network_defaults
-from groma.promotion import promotion_defaults
 from groma.settings import Settings, chosen
-from groma.vehicle_calibration import Request
-from groma.vehicle_plan import plan_limits
-from groma.vehicle_simulation import Course
-from groma.vision import detection_defaults
+
+if TYPE_CHECKING:
+    from groma.camera_plan import Search
+    from groma.exploration import Goal
+    from groma.exploration import Settings as Exploration
 
 T = TypeVar("T")
 
@@ -45,23 +36,23 @@ RECORDED: Mapping[str, tuple[str, ...]] = {
 def tables() -> dict[str, Callable[[], Settings]]:
     """Return what gives the defaults of each table."""
     return {
-        "map": map_defaults,
+        "map": _given("groma.mapper", "map_defaults"),
         "localize": _localize,
-        "promote": promotion_defaults,
+        "promote": _given("groma.promotion", "promotion_defaults"),
         "calibrate": _calibrate,
-        "camera": lambda: {**camera_defaults(), "detection": detection_defaults()},
-        "cameras": network_defaults,
+        "camera": _camera,
+        "cameras": _given("groma.network", "network_defaults"),
         "plan_vehicle": _plan_vehicle,
-        "plan_camera": lambda: search_table(DEFAULTS.search),
-        "exploration": lambda: {**Exploration().table(), "seed": 0},
-        "evaluate_exploration": lambda: {**msgspec.to_builtins(Comparison()), "lambdas": list(LAMBDAS)},
+        "plan_camera": lambda: search_table(_of("groma.camera_plan", "DEFAULTS").search),
+        "exploration": lambda: {**_of("groma.exploration", "Settings")().table(), "seed": 0},
+        "evaluate_exploration": _evaluate_exploration,
         "motions": _motions,
         "features": lambda: {"every": 3},
-        "trajectory": lambda: msgspec.to_builtins(Matching()),
+        "trajectory": _built("groma.evaluation.association", "Matching"),
         "node": lambda: {"rate": 0.0},
         "simulate": lambda: {"seed": 1},
-        "simulate_vehicle": lambda: msgspec.to_builtins(Course()),
-        "simulate_localization": lambda: msgspec.to_builtins(Rounds()),
+        "simulate_vehicle": _built("groma.vehicle_simulation", "Course"),
+        "simulate_localization": _built("groma.localization_simulation", "Rounds"),
         "simulate_cameras": lambda: {"seed": 1, "images": False},
     }
 
@@ -77,21 +68,49 @@ def settings_of(table: str, config: Path | None, **options: object) -> Settings:
     return chosen(tables()[table](), config, table, options, RECORDED.get(table, ()))
 
 
+def _of(module: str, name: str) -> Any:
+    return getattr(import_module(module), name)
+
+
+def _given(module: str, function: str) -> Callable[[], Settings]:
+    """Return what a function gives, its module read when it is asked."""
+    return lambda: _of(module, function)()
+
+
+def _built(module: str, kind: str) -> Callable[[], Settings]:
+    """Return the defaults of a struct by name, its module read when they are asked for."""
+    return lambda: msgspec.to_builtins(_of(module, kind)())
+
+
 def _localize() -> Settings:
-    return {"start": "unknown", "scan_stream": None, "odometry_stream": None, **localize_defaults()}
+    defaults = _of("groma.localize", "localize_defaults")()
+    return {"start": "unknown", "scan_stream": None, "odometry_stream": None, **defaults}
+
+
+def _camera() -> Settings:
+    detection = _of("groma.vision", "detection_defaults")()
+    return {**_of("groma.camera_calibration", "camera_defaults")(), "detection": detection}
+
+
+def _evaluate_exploration() -> Settings:
+    compared = msgspec.to_builtins(_of("groma.evaluation.exploration", "Comparison")())
+    return {**compared, "lambdas": list(_of("groma.evaluation.exploration", "LAMBDAS"))}
 
 
 def _calibrate() -> Settings:
-    request = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(Request()).items()}
+    request = {
+        key: list(value) if isinstance(value, tuple) else value
+        for key, value in asdict(_of("groma.vehicle_calibration", "Request")()).items()
+    }
     return {**request, "tolerance": ""}
 
 
 def _plan_vehicle() -> Settings:
-    return {**plan_limits(), "tolerance": "", "free": [], "footprint": "", "nseg": None}
+    return {**_of("groma.vehicle_plan", "plan_limits")(), "tolerance": "", "free": [], "footprint": "", "nseg": None}
 
 
 def _motions() -> Settings:
-    tries = DEFAULTS.tries
+    tries = _of("groma.camera_plan", "DEFAULTS").tries
     given = {"runs": tries.runs, "views": tries.views, "seed": tries.seed}
     return {"height": 2.0, "distance": 2.6, **given, "errors": False}
 
@@ -131,6 +150,8 @@ def search_of(settings: Settings) -> Search:
     UserError
         When a value has another form.
     """
+    from groma.camera_plan import Search
+
     given = {"target" if name == "sigma" else name: value for name, value in settings.items()}
     return typed(Search, given, "plan_camera")
 
@@ -148,6 +169,9 @@ def exploration_of(settings: Settings) -> Exploration:
     UserError
         When a value has another form.
     """
+    from groma.exploration import Budget, Lambda, Limits, Noise, Sigma, StrategyName
+    from groma.exploration import Settings as Exploration
+
     goal, kinds = settings["goal"], {"lambda": Lambda, "sigma": Sigma, "budget": Budget}
     try:
         found = Exploration(
