@@ -76,6 +76,23 @@ class OdometryNoise(TypedDict, total=False):
     """in heading after a turn of one radian [rad]."""
 
 
+class RelocalizeOptions(TypedDict, total=False):
+    """Settings of the search for the place while it is not known."""
+
+    tolerance: float
+    """Seen and mapped landmarks belong together within this distance [m]."""
+    orientation_max: float
+    """Corners are paired when their orientations differ by less than this [rad]."""
+    length_max: float
+    """Pairs of landmarks count up to this length [m]."""
+    poses_max: int
+    """Poses looked at, at most."""
+    known_share: float
+    """Share of what is seen that the map knows, on average."""
+    confident: float
+    """Probability from which the answer is taken for right."""
+
+
 class LocalizeOptions(LocalizerOptions, total=False):
     """Settings of localizing a drive."""
 
@@ -83,3 +100,4 @@ class LocalizeOptions(LocalizerOptions, total=False):
     """Messages wait for others that are up to this late [s]."""
     odometry: OdometryNoise
     """How far odometry is to be trusted; calibrated wheels have a noise of their own."""
+    relocalize: RelocalizeOptions

@@ -13,35 +13,19 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TypedDict, Unpack, cast
+from typing import Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from groma import _core
+from groma.localization_options import RelocalizeOptions
 from groma.mapping import Landmarks, OccupancyGrid
 from groma.models import LaserScan
 from groma.observations import Observations, beams_of
 
 Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
-
-
-class RelocalizeOptions(TypedDict, total=False):
-    """Settings of the search."""
-
-    tolerance: float
-    """Seen and mapped landmarks belong together within this distance [m]."""
-    orientation_max: float
-    """Corners are paired when their orientations differ by less than this [rad]."""
-    length_max: float
-    """Pairs of landmarks count up to this length [m]."""
-    poses_max: int
-    """Poses looked at, at most."""
-    known_share: float
-    """Share of what is seen that the map knows, on average."""
-    confident: float
-    """Probability from which the answer is taken for right."""
 
 
 def relocalizer_defaults() -> RelocalizeOptions:
@@ -75,7 +59,7 @@ class Relocalizer:
     grid
         Its occupancy, if there is one: places are looked for on its walls as well, and the beams of a scan speak.
     **options
-        See :class:`RelocalizeOptions`.
+        See :class:`groma.localization_options.RelocalizeOptions`.
 
     Raises
     ------

@@ -60,4 +60,17 @@ mod tests {
         // The difference of two paths of a metre over the axle.
         assert!((turn(0.01) - turn(0.0) - 2.0 * 1e-4 / 0.25).abs() < 1e-9);
     }
+
+    #[test]
+    fn a_wheel_that_is_larger_than_known_moves_the_vehicle_farther() {
+        let motion = |left: f64, axle: f64| {
+            let drive = Drive::Differential(Differential { left, right: 1e-3, axle });
+            Motion::of_wheels(&drive, Vector2::new(900.0, 1000.0), 1.0, &WheelNoise::default())
+        };
+        let known = motion(1e-3, 0.5);
+        for (column, changed, by) in [(0, motion(1e-3 + 1e-9, 0.5), 1e-9), (2, motion(1e-3, 0.5 + 1e-6), 1e-6)] {
+            let moved = changed.motion.minus(&known.motion) / by;
+            assert!((known.by_drive.column(column) - moved).norm() < 1e-3 * moved.norm(), "{column}");
+        }
+    }
 }

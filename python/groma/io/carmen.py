@@ -73,7 +73,7 @@ class CarmenRecording:
                 elif tag != "PARAM":
                     self.notes.skip(tag)
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
+                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}", error)
 
     def _scan(self, tag: str, tokens: Tokens, index: int, mounts: dict[str, Pose]) -> Iterator[Message]:
         line = SCAN_PARSERS[tokens[0]](tokens)

@@ -84,7 +84,7 @@ class CsvRecording:
                 elif tag and not tag.startswith("#"):
                     self.notes.skip(tag)
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
+                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}", error)
 
 
 def write(path: Path, messages: Iterable[Message]) -> None:

@@ -53,7 +53,7 @@ class DpSlamRecording:
                     stamp = scans * SYNTHETIC_PERIOD
                     yield Odometry(stamp, tag, *_pose(tokens)) if tag == "Odometry" else self._scan(stamp, tokens)
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}")
+                self.notes.reject(f"{self.path.name}:{line_number}", f"{tag}: {error}", error)
             scans += tag == "Laser"
 
     def _scan(self, stamp: float, tokens: Tokens) -> LaserScan:

@@ -62,7 +62,7 @@ class EncoderLogRecording:
                 elif line.strip() and not line.startswith(b"#"):
                     self.notes.skip(line.split()[0].decode(errors="replace")[:20])
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", str(error))
+                self.notes.reject(f"{self.path.name}:{line_number}", str(error), error)
 
 
 def _counts(line: bytes) -> tuple[float, float]:

@@ -60,7 +60,7 @@ class MinesRecording:
             try:
                 joints, scan = self._messages(fields, counters)
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", str(error))
+                self.notes.reject(f"{self.path.name}:{line_number}", str(error), error)
                 continue
             if streams is None or JOINTS in streams:
                 yield joints

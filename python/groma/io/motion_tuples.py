@@ -52,7 +52,7 @@ class TupleRecording:
                     time, wheels, pose = time + interval, wheels + interval * rates, _core.composed(pose, motion)
                     yield from _at(time, wheels, pose, streams)
             except (LineError, OutOfRangeError) as error:
-                self.notes.reject(f"{self.path.name}:{line_number}", str(error))
+                self.notes.reject(f"{self.path.name}:{line_number}", str(error), error)
 
 
 def _at(time: float, wheels: Array, pose: Pose, streams: Collection[str] | None) -> Iterator[Message]:

@@ -153,7 +153,7 @@ def read_detections(path: Path, notes: Notes) -> Iterator[tuple[Detection, int |
             found = decoder.decode(line)
             yield _detection(found), found.stop
         except (msgspec.DecodeError, ValueError) as error:
-            notes.reject(f"{path.name}:{number}", str(error))
+            notes.reject(f"{path.name}:{number}", str(error), error)
 
 
 def open_network(path: Path) -> NetworkRecording:

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
+from groma.bounds import OutOfRangeError
 from groma.findings import Finding
 
 KEPT = 5
@@ -41,6 +42,8 @@ class Notes:
     _beams_before: Counter[str] = field(default_factory=Counter)
     _rejected: dict[str, str] = field(default_factory=dict)
     """Malformed records of all passes by their place, `MOST` at most."""
+    _invalid: set[str] = field(default_factory=set)
+    """Places of those that read well, but say a number that is not finite or out of its bound."""
     _most_malformed: int = 0
     _cut_before: str = ""
 
@@ -59,9 +62,11 @@ class Notes:
         """Count a record of another tool."""
         self.skipped[tag] += 1
 
-    def reject(self, where: str, reason: str) -> None:
-        """Count a malformed record; the first few are kept in words."""
+    def reject(self, where: str, reason: str, error: Exception | None = None) -> None:
+        """Count a malformed record, or one with a number out of its bound; the first few are kept in words."""
         self.malformed += 1
+        if isinstance(error, OutOfRangeError) and len(self._invalid) < MOST:
+            self._invalid.add(where)
         self._most_malformed = max(self._most_malformed, self.malformed)
         if len(self._rejected) < MOST:
             self._rejected.setdefault(where, reason)
@@ -105,11 +110,18 @@ class Notes:
             yield _counted("readings-invalid", "readings that are no range", beams)
 
     def _bad(self) -> Iterator[Finding]:
-        if size := max(self._most_malformed, len(self._rejected)):
-            told = [f"{where}: {reason}" for where, reason in islice(self._rejected.items(), KEPT)]
-            more = f"; and {size - len(told)} more" if size > len(told) else ""
-            text = f"{size} malformed and left out: {'; '.join(told)}{more}"
-            yield Finding("records-malformed", text, values={"count": (size, "1")})
+        invalid = {where: reason for where, reason in self._rejected.items() if where in self._invalid}
+        malformed = {where: reason for where, reason in self._rejected.items() if where not in self._invalid}
+        if size := max(self._most_malformed, len(self._rejected)) - len(invalid):
+            yield _rejected("records-malformed", "malformed", size, malformed)
+        if invalid:
+            yield _rejected("values-invalid", "with a number out of its bound", len(invalid), invalid)
+
+
+def _rejected(code: str, what: str, size: int, reasons: dict[str, str]) -> Finding:
+    told = [f"{where}: {reason}" for where, reason in islice(reasons.items(), KEPT)]
+    more = f"; and {size - len(told)} more" if size > len(told) else ""
+    return Finding(code, f"{size} {what} and left out: {'; '.join(told)}{more}", values={"count": (size, "1")})
 
 
 def _counted(code: str, what: str, counts: Counter[str]) -> Finding:

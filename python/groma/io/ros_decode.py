@@ -133,7 +133,7 @@ class Decoder:
             try:
                 transform = _transform(edge, stamp, channel.topic, static)
             except OutOfRangeError as error:  # the other edges of the message are good
-                self._notes.reject(channel.topic, str(error))
+                self._notes.reject(channel.topic, str(error), error)
                 continue
             yield transform
 

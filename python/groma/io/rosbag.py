@@ -73,7 +73,7 @@ class BagRecording:
             except (DecodeError, CutError) as error:
                 self.notes.reject(f"{container.path.name}: message {number}", str(error))
             except OutOfRangeError as error:
-                self.notes.reject(f"{container.path.name}: message {number}", f"{channel.topic}: {error}")
+                self.notes.reject(f"{container.path.name}: message {number}", f"{channel.topic}: {error}", error)
 
 
 def open_bag(path: Path) -> BagRecording:

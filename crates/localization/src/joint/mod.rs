@@ -218,3 +218,32 @@ impl Joint {
         self.shift.fill(0.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_heads_too_far_left_ends_too_far_left() {
+        let sigmas = Vector3::new(1e-3, 1e-3, 0.01);
+        let mut joint = Joint::new(Se2::new(3.0, 1.0, 0.7), &Matrix3::from_diagonal(&sigmas.map(|s| s * s)), None);
+        let (motion, covariance) = (Se2::new(10.0, 0.0, 0.0), Matrix3::zeros());
+        joint.predict(&Motion { motion, covariance, by_drive: SMatrix::zeros() });
+        let after = joint.pose_covariance();
+        assert!((after.m22.sqrt() - 0.1).abs() < 1e-4 && (after.m23 - 1e-3).abs() < 1e-9, "{after}");
+    }
+
+    #[test]
+    fn an_error_of_the_drive_adds_up_with_the_path() {
+        let mut known = CalibrationCovariance::zeros();
+        known[(0, 0)] = 1e-4;
+        let mut joint = Joint::new(Se2::IDENTITY, &Matrix3::zeros(), Some(&known));
+        let mut by_drive = SMatrix::zeros();
+        by_drive[(0, 0)] = 1.0;
+        for _ in 0..10 {
+            let (motion, covariance) = (Se2::new(1.0, 0.0, 0.0), Matrix3::zeros());
+            joint.predict(&Motion { motion, covariance, by_drive });
+        }
+        assert!((joint.pose_covariance().m11.sqrt() - 0.1).abs() < 1e-12);
+    }
+}

@@ -118,7 +118,8 @@ impl Filter {
         if self.ahead.is_empty() {
             self.advance(stamp);
         }
-        self.motions.forget_before(self.base.as_ref().unwrap_or(&self.now).stamp());
+        // A start pose may be told as late as a motion.
+        self.motions.forget_before(self.base.as_ref().unwrap_or(&self.now).stamp() - WAIT);
         changes
     }
 

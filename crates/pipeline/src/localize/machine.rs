@@ -10,7 +10,7 @@ use crate::message::{Message, StartPose, WheelReading};
 use crate::order::Order;
 use crate::wheels::WheelReader;
 use groma_geometry::Se2;
-use groma_localization::{Localizer, Mode, Quality, RelocalizeOptions, Relocalizer, Start};
+use groma_localization::{Localizer, Mode, Quality, Relocalizer, Start};
 use groma_models::{Grid, LandmarkMap, LaserScan, Odometry, Vehicle};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
@@ -103,7 +103,7 @@ impl Localize {
         let searched = options.localizer.mode != Mode::Dynamic && (landmarks > 0 || grid.is_some());
         let mut localizer = Localizer::new(map.clone(), &start, options.localizer)?;
         if searched {
-            let relocalizer = Relocalizer::new(map, grid, RelocalizeOptions::default())?;
+            let relocalizer = Relocalizer::new(map, grid, options.relocalize)?;
             localizer = localizer.with_relocalizer(Arc::new(relocalizer));
         }
         let source = match &vehicle {

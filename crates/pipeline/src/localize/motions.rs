@@ -249,6 +249,41 @@ mod tests {
     }
 
     #[test]
+    fn to_go_on_as_long_as_a_twist_was_seen_doubles_the_covariance() {
+        let (motions, _) = arc();
+        let last = motions.last().unwrap();
+        let seen = product(motions.steps(last - 0.1, last).iter().map(|s| &s.motion)).covariance;
+        let ahead = motions.twist().unwrap().motion(last, last + 0.1).covariance;
+        for k in 0..3 {
+            let share = ahead[(k, k)] / seen[(k, k)];
+            assert!((1.95..2.4).contains(&share), "{k}: {share}");
+        }
+    }
+
+    #[test]
+    fn in_the_middle_of_a_pause_nobody_knows_how_far_a_vehicle_has_come() {
+        let paused =
+            odometry(&[(0.0, Se2::IDENTITY), (0.1, Se2::new(0.05, 0.0, 0.0)), (2.1, Se2::new(1.05, 0.0, 0.0))]);
+        let sigma = |from, to| product(paused.steps(from, to).iter().map(|s| &s.motion)).covariance.m11.sqrt();
+        assert!(sigma(0.1, 1.1) > 0.1 && sigma(1.1, 2.1) > 0.1, "{} {}", sigma(0.1, 1.1), sigma(1.1, 2.1));
+        assert!(sigma(0.1, 2.1) < 0.05, "but at its end");
+        assert!(paused.open_at(1.1) > 0.01 && paused.open_at(0.05) < 1e-4 && paused.open_at(2.1) < 1e-12);
+    }
+
+    #[test]
+    fn errors_of_the_drive_move_what_is_ahead_as_they_moved_what_was_seen() {
+        let drive = Drive::Tricycle(Tricycle::from_parameters([0.5, 1.0, 1.0, 0.05, 0.05]));
+        let mut motions = Motions::new(Source::Wheels(drive, WheelNoise::default()));
+        for k in 0..9 {
+            assert!(motions.push(0.1 * f64::from(k), Reading::Wheels(Vector2::new(0.1 * f64::from(k), 0.2))));
+        }
+        let last = motions.last().unwrap();
+        let seen = product(motions.steps(last - 0.1, last).iter().map(|s| &s.motion)).by_drive;
+        let ahead = motions.twist().unwrap().motion(last, last + 0.1).by_drive;
+        assert!(seen.norm() > 0.05 && (ahead - seen).norm() < 0.02 * seen.norm(), "{ahead} {seen}");
+    }
+
+    #[test]
     fn forgetting_changes_nothing_from_then_on() {
         let (mut motions, _) = arc();
         let before = (product(motions.steps(2.55, 2.9).iter().map(|s| &s.motion)), motions.twist().unwrap());

@@ -1,5 +1,6 @@
 //! Settings of localization: those of the filter, and how messages are taken.
 
+use groma_localization::RelocalizeOptions;
 use groma_models::{ModelError, OdometryNoise};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,8 @@ pub struct Options {
     pub lateness: f64,
     /// How far odometry is to be trusted; calibrated wheels have a noise of their own.
     pub odometry: OdometryNoise,
+    /// The search for the place while it is not known.
+    pub relocalize: RelocalizeOptions,
     /// The filter.
     #[serde(flatten)]
     pub localizer: groma_localization::Options,
@@ -24,7 +27,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let (odometry, localizer) = (OdometryNoise::uncalibrated(), groma_localization::Options::default());
-        Self { lateness: 0.0, odometry, localizer }
+        Self { lateness: 0.0, odometry, relocalize: RelocalizeOptions::default(), localizer }
     }
 }
 
@@ -40,6 +43,7 @@ impl Options {
             return Err(ModelError::Setting { name: "lateness", value: self.lateness, rule }.into());
         }
         self.localizer.validate().map_err(groma_localization::Error::from)?;
+        self.relocalize.validate().map_err(groma_localization::Error::from)?;
         Ok(())
     }
 }
@@ -51,6 +55,8 @@ struct Raw {
     lateness: f64,
     #[serde(default = "OdometryNoise::uncalibrated")]
     odometry: OdometryNoise,
+    #[serde(default)]
+    relocalize: RelocalizeOptions,
     #[serde(flatten)]
     localizer: groma_localization::Options,
     #[serde(flatten)]
@@ -63,7 +69,10 @@ impl TryFrom<Raw> for Options {
     fn try_from(raw: Raw) -> Result<Self, String> {
         match raw.unknown.keys().next() {
             Some(name) => Err(format!("unknown setting {name}")),
-            None => Ok(Self { lateness: raw.lateness, odometry: raw.odometry, localizer: raw.localizer }),
+            None => {
+                let Raw { lateness, odometry, relocalize, localizer, .. } = raw;
+                Ok(Self { lateness, odometry, relocalize, localizer })
+            }
         }
     }
 }
@@ -84,6 +93,8 @@ mod tests {
         let mixed = parse(r#"{"mode": "mixed", "odometry": {"along": 0.1}}"#).unwrap();
         assert_eq!(mixed.localizer.mode, groma_localization::Mode::Mixed);
         assert_eq!(mixed.odometry.along, 0.1);
+        let sure = parse(r#"{"relocalize": {"confident": 0.9}}"#).unwrap();
+        assert_eq!(sure.relocalize, RelocalizeOptions { confident: 0.9, ..RelocalizeOptions::default() });
     }
 
     #[test]
@@ -96,6 +107,9 @@ mod tests {
         }
         let gate = groma_localization::Options { gate: 2.0, ..groma_localization::Options::default() };
         assert!(Options { localizer: gate, ..Options::default() }.validate().is_err());
+        assert!(parse(r#"{"relocalize": {"confidence": 0.9}}"#).unwrap_err().contains("confidence"));
+        let relocalize = RelocalizeOptions { confident: 1.5, ..RelocalizeOptions::default() };
+        assert!(Options { relocalize, ..Options::default() }.validate().is_err());
         assert!(Options::default().validate().is_ok());
     }
 }

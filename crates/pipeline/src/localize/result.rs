@@ -82,11 +82,14 @@ mod tests {
     #[test]
     fn losses_are_counted_where_a_known_pose_ends() {
         let mut track = timed(moving(5.0), 0.1);
-        for k in [0, 1, 2, 20, 21, 30, 49] {
+        for k in [0, 1, 2, 20, 21, 30, 48, 49] {
             track[k].quality.status = Status::Lost;
         }
         let result = localized(track);
         assert_eq!(result.times_lost(), 3);
+        let mut never_again = timed(moving(5.0), 0.1);
+        never_again[40..].iter_mut().for_each(|fix| fix.quality.status = Status::Lost);
+        assert_eq!(localized(never_again).times_lost(), 1);
         assert!((result.found_after().unwrap() - 4.0 * 0.05).abs() < 1e-12, "up to the first known pose");
         assert!(
             localized(vec![Fix { quality: Default::default(), ..timed(moving(0.1), 0.1).remove(0) }])

@@ -110,3 +110,15 @@ pub(super) mod test_track {
         track
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn to_go_there_and_back_is_twice_as_far() {
+        let mut travel = Travel::default();
+        [Se2::new(0.3, 0.4, 0.2), Se2::new(-0.5, 0.0, -0.2)].iter().for_each(|motion| travel.add(motion));
+        assert!((travel.distance - 1.0).abs() < 1e-12 && (travel.turn - 0.4).abs() < 1e-12);
+    }
+}
