@@ -5,7 +5,7 @@
 //! thus counts at most once a day.
 //!
 //! ```text
-//! dependable   detected LEAST_SEEN times that day, and in a share SHARE of the scans that had it in view
+//! dependable   detected LEAST_SEEN times that day, and in the share that the options ask of the scans that had it in view
 //! lasting      dependable on so many days as the options ask
 //! x = S^-1 sum P_d^-1 x_d,   S = sum P_d^-1
 //! P = S^-1 max(1, chi^2 / (2 (n - 1))),   chi^2 = sum (x_d - x)^T P_d^-1 (x_d - x),   n days
@@ -25,22 +25,23 @@ use groma_models::{Finding, Landmark, LandmarkMap, ModelError};
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
 
-/// Of the scans of a day that had a mark in view, those that must have detected it.
-const SHARE: f64 = 0.5;
 /// Scans of a day that must have detected it.
 const LEAST_SEEN: u32 = 5;
 
 /// Settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// Days on which a mark must have been seen, two at least: what one day saw may be gone the next.
     pub days: usize,
+    /// Of the scans of a day that had a mark in view, the share that must have detected it. Where vehicles or goods often
+    /// stand before it, less.
+    pub share: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { days: 2 }
+        Self { days: 2, share: 0.5 }
     }
 }
 
@@ -50,8 +51,13 @@ impl Options {
     /// # Errors
     /// [`ModelError::Setting`], which names it.
     pub fn validate(&self) -> Result<(), ModelError> {
-        let rule = "must be at least 2: what one day saw may be gone the next";
-        if self.days >= 2 { Ok(()) } else { Err(ModelError::Setting { name: "days", value: self.days as f64, rule }) }
+        if self.days < 2 {
+            let rule = "must be at least 2: what one day saw may be gone the next";
+            return Err(ModelError::Setting { name: "days", value: self.days as f64, rule });
+        }
+        let is_share = self.share > 0.0 && self.share <= 1.0;
+        let refused = || ModelError::Setting { name: "share", value: self.share, rule: "must be above 0, at most 1" };
+        is_share.then_some(()).ok_or_else(refused)
     }
 }
 
@@ -85,7 +91,8 @@ pub fn promote(map: &LandmarkMap, days: &[LandmarkMap], options: &Options) -> Re
         for (at, seen) in pairs(&map.landmarks, &day.landmarks) {
             (confirmed[at], known[seen]) = (true, true);
         }
-        let fresh = day.landmarks.iter().zip(known).filter(|(mark, known)| !known && is_dependable(mark));
+        let fresh =
+            day.landmarks.iter().zip(known).filter(|(mark, known)| !known && is_dependable(mark, options.share));
         follow(&mut tracks, fresh.map(|(mark, _)| mark.clone()).collect());
     }
     let lasting: Vec<Landmark> =
@@ -98,8 +105,8 @@ pub fn promote(map: &LandmarkMap, days: &[LandmarkMap], options: &Options) -> Re
 }
 
 /// Whether a mark was detected often enough on its day, at a place that is known.
-fn is_dependable(mark: &Landmark) -> bool {
-    let often = mark.seen >= LEAST_SEEN && f64::from(mark.seen) >= SHARE * f64::from(mark.visible);
+fn is_dependable(mark: &Landmark, share: f64) -> bool {
+    let often = mark.seen >= LEAST_SEEN && f64::from(mark.seen) >= share * f64::from(mark.visible);
     often && is_usable(mark)
 }
 
@@ -233,10 +240,23 @@ mod tests {
     #[test]
     fn more_days_may_be_asked_for() {
         let days = [corners(&[(5.0, 5.0)]), corners(&[(5.0, 5.0)]), corners(&[(1.0, 1.0)])];
-        let count = |least| promote(&map(vec![]), &days, &Options { days: least }).map(|r| r.promoted);
+        let count =
+            |least| promote(&map(vec![]), &days, &Options { days: least, ..Options::default() }).map(|r| r.promoted);
         assert_eq!((count(2), count(3)), (Ok(1), Ok(0)));
         assert!(count(1).unwrap_err().to_string().contains("days"));
         assert!(count(4).unwrap_err().to_string().contains("drives = 3"));
+    }
+
+    #[test]
+    fn marks_that_are_often_hidden_join_where_a_smaller_share_is_asked_for() {
+        let mut day = corners(&[(5.0, 5.0)]);
+        (day.landmarks[0].seen, day.landmarks[0].visible) = (20, 80);
+        let days = [day.clone(), day];
+        let count = |share| promote(&map(vec![]), &days, &Options { share, ..Options::default() }).map(|r| r.promoted);
+        assert_eq!((count(0.5), count(0.3), count(0.25), count(0.2)), (Ok(0), Ok(0), Ok(1), Ok(1)));
+        for wrong in [0.0, 1.1, f64::NAN] {
+            assert!(count(wrong).unwrap_err().to_string().contains("share"));
+        }
     }
 
     #[test]
