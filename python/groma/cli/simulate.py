@@ -13,21 +13,21 @@ import numpy as np
 from cyclopts import App, Parameter
 
 from groma.cli.parameters import PLAIN
-from groma.errors import UserError
+from groma.cli.simulate_cameras import cameras
+from groma.cli.simulate_localization import localization
+from groma.cli.simulate_vehicle import vehicle
+from groma.cli.simulated import recording_stem, seed_of
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
-from groma.settings import Settings
 from groma.simulation import Simulated, scenario, true_relations, write_relations
 from groma.simulation import simulate as run
 from groma.tables import settings_of
 
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
-_SUFFIXES = (".csv.gz", ".csv", ".mcap")
 
 app = App(name="simulate", default_parameter=PLAIN)
-app.command("groma.cli.simulate_cameras:cameras")
-app.command("groma.cli.simulate_vehicle:vehicle")
-app.command("groma.cli.simulate_localization:localization")
+for verb in (cameras, localization, vehicle):
+    app.command(verb)
 
 
 @app.default
@@ -65,34 +65,6 @@ def simulate(
     relations = true_relations(simulated.scan_stamps, simulated.scan_truth)
     write_relations(stem.with_name(stem.name + ".relations"), relations)
     print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {drawn}")
-
-
-def seed_of(settings: Settings) -> int:
-    """Return the seed of a simulation.
-
-    Raises
-    ------
-    UserError
-        When there is none of this number.
-    """
-    seed = int(str(settings["seed"]))
-    if seed < 0:
-        raise UserError(f"--seed {seed}: must be at least 0")
-    return seed
-
-
-def recording_stem(output: Path) -> Path:
-    """Return the name of a recording without its suffix, for what is written beside it.
-
-    Raises
-    ------
-    UserError
-        When the suffix is that of no format that is written.
-    """
-    for suffix in _SUFFIXES:
-        if output.name.endswith(suffix) and output.name != suffix:
-            return output.with_name(output.name.removesuffix(suffix))
-    raise UserError(f"{output}: the name must end in one of {', '.join(_SUFFIXES)}")
 
 
 def _summary(simulated: Simulated) -> str:

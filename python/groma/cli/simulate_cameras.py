@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from PIL import Image
 
-from groma.cli.simulate import seed_of
+from groma.cli.simulated import seed_of
 from groma.io.atomic import replacing
 from groma.io.network_recording import write_network
 from groma.io.toml import to_toml

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from cyclopts import Parameter
 
-from groma.cli.simulate import seed_of
+from groma.cli.simulated import seed_of
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.reflector_list import write_reflectors

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from cyclopts import Parameter
 
-from groma.cli.simulate import recording_stem, seed_of
+from groma.cli.simulated import recording_stem, seed_of
 from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
