@@ -64,7 +64,7 @@ def simulate(
     write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.stamps, simulated.truth)
     relations = true_relations(simulated.scan_stamps, simulated.scan_truth)
     write_relations(stem.with_name(stem.name + ".relations"), relations)
-    print(f"{output}: {_summary(simulated)}, {len(relations.times)} relations, seed {drawn}")
+    print(f"{output.name}: {_summary(simulated)}, {len(relations.times)} relations, seed {drawn}")
 
 
 def _summary(simulated: Simulated) -> str:

@@ -80,7 +80,7 @@ def vehicle(
     write_recording(output, simulated)
     write_vehicle(stem.with_name(stem.name + "-truth.toml"), true_vehicle(simulated.scenario))
     write_tum(stem.with_name(stem.name + "-truth.tum"), simulated.wheel_stamps - course.delay, simulated.truth)
-    print(f"{output}: {_summary(simulated)}, seed {course.seed}")
+    print(f"{output.name}: {_summary(simulated)}, seed {course.seed}")
 
 
 def _scenario(course: Course) -> CalibrationScenario:
