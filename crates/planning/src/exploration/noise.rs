@@ -18,6 +18,10 @@ use groma_geometry::wrap;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Standard deviations of which the squares are still numbers to calculate with [m], [rad].
+const SMALLEST: f64 = 1e-9;
+const LARGEST: f64 = 1e3;
+
 /// Standard deviations of driving and of a look at a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -52,12 +56,11 @@ impl Default for Noise {
 impl Noise {
     /// Refuses what is not a standard deviation; heading, position and bearing must not be 0, else nothing is learned.
     pub fn validate(&self) -> Result<(), Error> {
-        let (some, any) = ("must be above 0 and finite", "must be 0 or more and finite");
         for (name, value) in [("heading", self.heading), ("position", self.position), ("bearing", self.bearing)] {
-            Error::unless(value > 0.0 && value.is_finite(), name, value, some)?;
+            Error::unless((SMALLEST..=LARGEST).contains(&value), name, value, "must be from 1e-9 to 1000")?;
         }
         for (name, value) in [("along", self.along), ("across", self.across), ("turn", self.turn)] {
-            Error::unless(value >= 0.0 && value.is_finite(), name, value, any)?;
+            Error::unless((0.0..=LARGEST).contains(&value), name, value, "must be from 0 to 1000")?;
         }
         Ok(())
     }
