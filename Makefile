@@ -22,7 +22,7 @@ $(VENV)/.tools: pyproject.toml
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.tools $(SOURCES)
-	VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile dist --quiet --extras vision,link
+	PIP_QUIET=1 VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile dist --quiet --extras vision,link
 	@touch $@
 
 setup: $(VENV)/.tools ## make .venv with the tools
