@@ -5,9 +5,10 @@
 //! D^2(H) = v_H^T C_H^-1 v_H  <=  chi2(2 |H|, p)
 //! ```
 //!
-//! Branch and bound: observations one after the other, each to every candidate not yet taken or to none; a branch that
-//! cannot reach the pairings of the best hypothesis is cut, as is one with as many but a larger D^2, for D^2 grows with
-//! every pairing. The Cholesky factor of C_H grows by two rows a pairing:
+//! Branch and bound: observations one after the other, those with the fewest candidates first, each to every candidate not
+//! yet taken or to none. A branch is cut where its pairings so far fail the gate (as in the source: a hypothesis is found
+//! only if all its beginnings pass too), where it cannot reach the pairings of the best hypothesis, and where it has as
+//! many but a larger D^2, for D^2 grows with every pairing. The Cholesky factor of C_H grows by two rows a pairing:
 //!
 //! ```text
 //! C = [ C_H  c ; c^T  S ],   L = [ L_H  0 ; y^T  l ],   L_H y = c,   l l^T = S - y^T y,   D^2 += | l^-1 (v - y^T w) |^2
@@ -279,9 +280,11 @@ mod tests {
         if n == 0 { (0, 0.0) } else { (of.len(), v.dot(&c.lu().solve(&v).unwrap())) }
     }
 
-    /// The best of all choices, one by one.
+    /// The best of all choices that pass the gate with all their beginnings, one by one.
     fn exhaustive(joint: &Joint, candidates: &[Vec<Candidate>], gate: f64) -> (usize, f64) {
         let mut best = (0, 0.0);
+        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        order.sort_by_key(|&o| candidates[o].len());
         let mut choices: Vec<Choice> = vec![Vec::new()];
         for of in candidates {
             let longer = |c: &Choice| {
@@ -297,7 +300,11 @@ mod tests {
                 continue;
             }
             let (pairs, d_sq) = stacked(joint, candidates, &choice);
-            let passes = d_sq <= Gates::new(gate).of(pairs);
+            let passes = (1..=order.len()).all(|first| {
+                let begun = (0..choice.len()).map(|o| choice[o].filter(|_| order[..first].contains(&o))).collect();
+                let (pairs, d_sq) = stacked(joint, candidates, &begun);
+                d_sq <= Gates::new(gate).of(pairs)
+            });
             if passes && (pairs > best.0 || (pairs == best.0 && d_sq < best.1)) {
                 best = (pairs, d_sq);
             }
@@ -323,6 +330,25 @@ mod tests {
             prop_assert_eq!(pairs, best_pairs);
             prop_assert!((d_sq - best).abs() < 1e-6 * (1.0 + best), "{} {}", d_sq, best);
         }
+    }
+
+    #[test]
+    fn what_passes_only_as_a_whole_is_not_found() {
+        // Two pairings fail together, a third that fits well lifts the gate above them.
+        let landmarks = [
+            (2.9652260246690534, -1.015140924750921),
+            (2.5975448596681985, -1.1187261773434114),
+            (1.9836866480929334, 0.7549935085483711),
+        ];
+        let seen = [(2.9752260246690534, -1.035140924750921), (2.6075448596681985, -1.1387261773434114)];
+        let third = (2.062658300883735, 0.6950901089940126);
+        let (joint, candidates) = scene(&landmarks, &[seen[0], seen[1], third], 9.21);
+        let found = jcbb(&joint, &candidates, &Gates::new(0.95), 1_000_000);
+        let own = (0..3).map(|o| candidates[o].iter().position(|c| c.landmark == o)).collect();
+        let whole = stacked(&joint, &candidates, &own);
+        assert_eq!(whole.0, 3);
+        assert!(whole.1 <= Gates::new(0.95).of(3), "{whole:?}");
+        assert_eq!(found.choice.iter().flatten().count(), 2);
     }
 
     #[test]
