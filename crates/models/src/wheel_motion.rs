@@ -304,6 +304,22 @@ mod tests {
     }
 
     #[test]
+    fn after_a_turn_the_vehicle_drives_where_it_looks() {
+        // A metre ahead, a quarter turn to the left on the spot, a metre ahead.
+        let drive = Drive::Differential(Differential { left: 0.1, right: 0.1, axle: 0.5 });
+        let turn = 0.25 * PI / 2.0 / 0.1;
+        let end = told(drive, &[(0.0, 0.0), (10.0, 10.0), (10.0 - turn, 10.0 + turn), (20.0 - turn, 20.0 + turn)])[3];
+        assert!((end - Vector3::new(1.0, 1.0, PI / 2.0)).norm() < 1e-9, "{end}");
+    }
+
+    #[test]
+    fn of_a_steering_error_in_no_time_nothing_is_known() {
+        // An angle that is drawn evenly from a whole turn has a variance of pi^2/3.
+        assert!((NOISE.white_steering(0.0) - PI * PI / 3.0).abs() < 1e-12);
+        assert!((NOISE.white_steering(1e-9) - PI * PI / 3.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_reset_counter_moves_nothing() {
         let drive = Drive::Differential(Differential { left: 0.1, right: 0.1, axle: 0.5 });
         let readings = [100.0, 101.0, 102.0, 0.0, 1.0].map(Vector2::repeat);
