@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from groma.association import rigid_fit
 from groma.evaluation.se2 import relative
-from groma.io.drive import open_drive
+from groma.io.drive import open_drive, open_vehicle_drive
 from groma.io.recording import open_recording, write_recording
 from groma.io.reflector_list import SIGMA, surveyed
 from groma.io.trajectory import Trajectory
@@ -83,8 +83,8 @@ def reference_chart(path: Path, run: Simulated, vehicle: Vehicle) -> Chart:
     marks = marks + np.random.default_rng(PLAN).normal(0.0, SIGMA, marks.shape)
     surveyed_marks = surveyed(np.column_stack([marks, np.full(len(marks), SIGMA)]))
     x, y, theta = run.truth[0].tolist()
-    request = Request(Chart(surveyed_marks), {"mode": "reflectors"}, (x, y, theta), vehicle)
-    found = localize_drive(open_drive(open_recording(path), odometry="none"), request)
+    request = Request(Chart(surveyed_marks), {"mode": "reflectors"}, (x, y, theta))
+    found = localize_drive(open_vehicle_drive(open_recording(path), vehicle), request)
     known = found.status != "lost"
     poses = Trajectory(found.stamps[known], found.poses[known])
     seen = survey_at(open_drive(open_recording(path), odometry="none"), poses, {}, mount=vehicle.laser)
@@ -139,9 +139,9 @@ def drive(site: Site, variant: Variant, name: DriveName, seed: int) -> tuple[Loc
         landmarks = no_landmarks()
     grid = None if variant.mode in ("dynamic", "reflectors") else site.chart.grid
     options: LocalizerOptions = {"mode": variant.mode}  # type: ignore[typeddict-item]
-    drive = open_drive(open_recording(path), odometry="none")
+    drive = open_vehicle_drive(open_recording(path), site.vehicle)
     x, y, theta = start.tolist()
-    result = localize_drive(drive, Request(Chart(landmarks, grid), options, (x, y, theta), site.vehicle))
+    result = localize_drive(drive, Request(Chart(landmarks, grid), options, (x, y, theta)))
     truth = moved(t_map_world, poses_at(run, result.stamps))
     return result, relative(truth, result.poses), truth
 

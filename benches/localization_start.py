@@ -67,7 +67,7 @@ def places(site: Site, chart: Chart, name: str, count: int) -> None:
 
 def _drive_until_found(site: Site, chart: Chart, run: Simulated, start: int) -> tuple[float, float, Pose] | None:
     """Return the way until the vehicle knows where it is, when and where; None when it never does."""
-    machine = localizing(Request(chart, {}, None, site.vehicle), site.vehicle.laser)
+    machine = localizing(Request(chart, {}), site.vehicle.laser, site.vehicle)
     geometry = beam_geometry(run.scenario)
     edges = (geometry.angle_min, geometry.angle_increment, geometry.time_increment, geometry.range_min)
     beams = (*edges, geometry.range_max)

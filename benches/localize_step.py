@@ -43,7 +43,7 @@ def main() -> None:
             observer.observe(scan)
         observing.append(time.process_time() - begin)
         x, y, theta = run.truth[0].tolist()
-        machine = localizing(Request(Chart(marks), {}, (x, y, theta), vehicle), vehicle.laser)
+        machine = localizing(Request(Chart(marks), {}, (x, y, theta)), vehicle.laser, vehicle)
         k, begin = 0, time.process_time()
         for scan in scans:
             end = scan.stamp + (len(scan.ranges) - 1) * g.time_increment

@@ -111,7 +111,7 @@ def test_messages_pushed_one_by_one_give_the_bytes_of_the_command(depot: Depot, 
     vehicle = read_vehicle(depot.folder / "vehicle.toml")
     x, y, theta = (float(part) for part in depot.start.split(","))
     chart = read_chart(depot.folder / "marks.csv")
-    machine = localizing(Request(chart, {"mode": "reflectors"}, (x, y, theta), vehicle), (0.0, 0.0, 0.0))
+    machine = localizing(Request(chart, {"mode": "reflectors"}, (x, y, theta)), (0.0, 0.0, 0.0), vehicle)
     for event in _events(depot.folder / "drive.mcap"):
         if isinstance(event, LaserScan):
             machine.push_scan(event.stamp, event.ranges, event.intensities, beams(event))

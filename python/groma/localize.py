@@ -6,9 +6,8 @@ filter inside for those who have motions and observations of their own.
 
 from __future__ import annotations
 
-import heapq
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -19,20 +18,18 @@ from groma import _core
 from groma.errors import EstimationError, UserError
 from groma.findings import of_core
 from groma.io.drive import Drive
-from groma.io.wheels import joint_readings
+from groma.io.streams import Kind
 from groma.localization import Pose
 from groma.localization_options import LocalizeOptions
 from groma.localized import Chart, Halt, Localized, Weak
 from groma.mapper import beams, to_landmarks
-from groma.models import JointState, LaserScan, Odometry
+from groma.models import JointState, Odometry
 from groma.relocalization import landmark_rows
 from groma.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, str, float], None]
 """Called with scans read, status and standard deviation of the position [m]."""
-Reading = tuple[float, int, float]
-"""Stamp [s], joint and its position."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +40,6 @@ class Request:
     options: LocalizeOptions
     start: Pose | None = None
     """``T_map_base`` as x, y [m], theta [rad]; None when it is not known."""
-    vehicle: Vehicle | None = None
 
 
 def localize_defaults() -> LocalizeOptions:
@@ -57,9 +53,9 @@ def localize_drive(drive: Drive, request: Request, progress: Progress | None = N
     Parameters
     ----------
     drive
-        Scans, and odometry when there is no vehicle, in order of time.
+        Scans, and odometry or the readings of a vehicle's wheels, in the order in which they came.
     request
-        Map, start, vehicle and settings.
+        Map, start and settings.
     progress
         Called after every scan.
 
@@ -70,12 +66,14 @@ def localize_drive(drive: Drive, request: Request, progress: Progress | None = N
     EstimationError
         When no scan could be used.
     """
-    if request.vehicle is None and drive.odometry is None:
+    if drive.vehicle is None and drive.odometry is None:
         raise UserError(f"{drive.recording.path}: no odometry in it: give a --vehicle, or record odometry")
+    if drive.wheels and drive.wheels.kind is not Kind.JOINTS:
+        raise UserError(f"{drive.recording.path}: no joint states in it: without them a vehicle file is of no use")
     wanted = request.options.get("lateness", 0.0)
     waiting = request.options | {"lateness": max(wanted, drive.lateness) if wanted >= 0 else wanted}
-    core = localizing(replace(request, options=waiting), (drive.mount.x, drive.mount.y, drive.mount.yaw))
-    _feed(core, drive, request.vehicle, progress)
+    core = localizing(replace(request, options=waiting), (drive.mount.x, drive.mount.y, drive.mount.yaw), drive.vehicle)
+    _feed(core, drive, progress)
     try:
         found = core.finish()
     except RuntimeError as error:
@@ -83,39 +81,42 @@ def localize_drive(drive: Drive, request: Request, progress: Progress | None = N
     return to_localized(found, request.chart)
 
 
-def localizing(request: Request, mount: Pose) -> _core.Localize:
+def localizing(request: Request, mount: Pose, vehicle: Vehicle | None = None) -> _core.Localize:
     """Return the machine that localizes a drive, before its first message.
 
     Parameters
     ----------
     request
-        Map, start, vehicle and settings.
+        Map, start and settings.
     mount
         ``T_base_laser`` where there is no vehicle.
+    vehicle
+        What drives, where its wheels are read.
 
     Raises
     ------
     UserError
         When a setting is out of range, or map or start cannot be used.
     """
-    chart, v = request.chart, request.vehicle
+    chart = request.chart
     grid = chart.grid
     walls = None if grid is None else (grid.resolution, grid.origin, np.ascontiguousarray(grid.cells))
     begin = None if request.start is None else (request.start, None)
-    options, row = json.dumps(request.options), None if v is None else v.to_json()
+    options, row = json.dumps(request.options), None if vehicle is None else vehicle.to_json()
     try:
         return _core.Localize(
-            *landmark_rows(chart.landmarks), walls, begin, v.laser if v else mount, row, options, None
+            *landmark_rows(chart.landmarks), walls, begin, vehicle.laser if vehicle else mount, row, options, None
         )
     except ValueError as error:
         raise UserError(f"setting of localize: {error}") from error
 
 
-def _feed(core: _core.Localize, drive: Drive, vehicle: Vehicle | None, progress: Progress | None) -> None:
+def _feed(core: _core.Localize, drive: Drive, progress: Progress | None) -> None:
     scans = 0
-    for event in _events(drive, vehicle):
-        if isinstance(event, tuple):
-            core.push_wheels(event[0], [event[1:]])
+    for event in drive.events():
+        if isinstance(event, JointState):
+            if drive.wheels and (positions := drive.wheels.positions(event)):
+                core.push_wheels(event.stamp, positions)
         elif isinstance(event, Odometry):
             core.push_odometry(event.stamp, (event.x, event.y, event.theta))
         else:
@@ -124,31 +125,6 @@ def _feed(core: _core.Localize, drive: Drive, vehicle: Vehicle | None, progress:
             state = core.state() if progress else None
             if progress and state:
                 progress(scans, state[3]["status"], state[3]["sigma_position"])
-
-
-def _events(drive: Drive, vehicle: Vehicle | None) -> Iterator[LaserScan | Odometry | Reading]:
-    """Yield the messages of a drive, those of the wheels up to the end of a scan before it."""
-    if vehicle is None:
-        yield from (event for event in drive.events() if not isinstance(event, JointState))
-        return
-    table, found = joint_readings(drive.recording, vehicle)
-    drive.notes.extend(found)
-    whole = np.isfinite(table).all(axis=1)
-    drive.skipped["readings of the wheels that are no number"] += int((~whole).sum())
-    delay = vehicle.parameters["delay"]
-    readings = ((t - delay, 0, (t, int(joint), position)) for t, joint, position in table[whole].tolist())
-    scans = ((_end(event), 1, event) for event in drive.events() if isinstance(event, LaserScan))
-    waiting: Iterator[tuple[float, int, LaserScan | Reading]] = heapq.merge(readings, scans, key=_when)
-    yield from (event for _, _, event in waiting)
-
-
-def _when(item: tuple[float, int, object]) -> tuple[float, int]:
-    return item[:2]
-
-
-def _end(scan: LaserScan) -> float:
-    """Return the time of the last beam [s]."""
-    return scan.stamp + max(0.0, (len(scan.ranges) - 1) * scan.geometry.time_increment)
 
 
 def to_localized(found: dict[str, object], chart: Chart) -> Localized:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.io.chart import read_chart
-from groma.io.drive import open_drive
+from groma.io.drive import open_drive, open_vehicle_drive
 from groma.io.recording import write_recording
 from groma.io.vehicle_file import read_vehicle, write_vehicle
 from groma.localization_options import LocalizeOptions
@@ -61,12 +61,12 @@ def _localize(whole: Run, recordings: Path, chart: Path) -> Localized:
     vehicle = recordings / "vehicle.toml"
     command = shown_command(["localize", "drive.mcap", "--map", chart.name, "--vehicle", vehicle.name])
     settings = localize_defaults()
-    request = Request(read_chart(chart), LocalizeOptions(**settings), None, read_vehicle(vehicle))
+    request = Request(read_chart(chart), LocalizeOptions(**settings))
     with Run("localization", "localize", whole.folder / "localization", command=command, within=whole) as run:
         run.settings = {"localize": {**settings, "start": "unknown"}}
         recording = run.open(recordings / "drive.mcap")
         run.inputs |= {"map": chart, "vehicle": vehicle}
-        return localize_into(run, open_drive(recording, odometry="none"), request)
+        return localize_into(run, open_vehicle_drive(recording, read_vehicle(vehicle)), request)
 
 
 def _accuracy(result: Localized, first: Simulated, later: Simulated) -> str:

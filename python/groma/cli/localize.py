@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from groma.errors import UserError
 from groma.io.chart import read_chart
-from groma.io.drive import open_drive
+from groma.io.drive import open_drive, open_vehicle_drive
 from groma.io.vehicle_file import read_vehicle
 from groma.localization_options import LocalizeOptions
 from groma.localize import Request
@@ -78,10 +78,12 @@ def localize(
         wheels = read_vehicle(file_in(vehicle, "vehicle.toml", "vehicle")) if vehicle else None
         core = {key: value for key, value in settings.items() if key not in ("start", *streams)}
         options = LocalizeOptions(**core)  # type: ignore[typeddict-item]
-        request = Request(_chart(map_, str(settings["mode"])), options, pose, wheels)
-        drive = open_drive(
-            recording, scans=streams["scan_stream"], odometry="none" if wheels else streams["odometry_stream"]
-        )
+        request = Request(_chart(map_, str(settings["mode"])), options, pose)
+        read = streams["scan_stream"]
+        if wheels:
+            drive = open_vehicle_drive(recording, wheels, scans=read)
+        else:
+            drive = open_drive(recording, scans=read, odometry=streams["odometry_stream"])
         localize_into(run, drive, request)
 
 

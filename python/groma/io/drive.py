@@ -16,15 +16,13 @@ tells how late they come: ``Drive.lateness`` is what a recording whose stamps ar
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from groma.errors import UserError
 from groma.findings import Finding
 from groma.io.disorder import needed_lateness
 from groma.io.drive_choice import TF, Look, choose_odometry, choose_scans, look, mount_for
-from groma.io.left_out import left_out
 from groma.io.mounting import Mount
 from groma.io.recording import Recording
 from groma.io.wheels import WheelChoice, choose_wheels
@@ -54,8 +52,6 @@ class Drive:
     """What was chosen and assumed."""
     lateness: float = 0.0
     """How late messages come, by a look at the beginning [s]; 0 where they are in order."""
-    skipped: Counter[str] = field(default_factory=Counter)
-    """What readers of single streams left out, by reason."""
     vehicle: Vehicle | None = None
     """What drove, where its wheels are read."""
     wheels: WheelChoice | None = None
@@ -80,7 +76,7 @@ class Drive:
 
     def findings(self) -> list[Finding]:
         """Return what was chosen and assumed; the recording has its own besides, the core what it left out."""
-        return [*self.notes, *left_out(self.skipped)]
+        return list(self.notes)
 
     def _upright(self, scan: LaserScan) -> LaserScan:
         if self.mount.upside_down:

@@ -130,29 +130,6 @@ def read_wheels(
     return _wheels(recording, rows, choice.joints, choice.unit, list(choice.findings))
 
 
-def joint_readings(recording: Recording, vehicle: Vehicle) -> tuple[Array, tuple[Finding, ...]]:
-    """Return the readings of the joints of a vehicle as they come, for a pipeline.
-
-    Returns
-    -------
-    tuple
-        (m, 3) stamp [s], joint (0 or 1, in the order of ``JOINTS``) and position a row; what was chosen.
-
-    Raises
-    ------
-    UserError
-        When the joints are not there, or are read in another unit.
-    """
-    choice, table = _choice(recording, vehicle.model, None, vehicle.joints, 1.0)
-    if choice.kind is not Kind.JOINTS:
-        raise UserError(f"{recording.path}: no joint states in it: without them a vehicle file is of no use")
-    if choice.unit != vehicle.unit:
-        raise UserError(
-            f"{recording.path}: its wheels are read in {choice.unit}, those of the vehicle in {vehicle.unit}"
-        )
-    return table, choice.findings
-
-
 def _choice(
     recording: Recording, model: Model, stream: str | None, joints: Sequence[str], axle: float
 ) -> tuple[WheelChoice, Array]:
