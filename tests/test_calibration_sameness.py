@@ -1,4 +1,4 @@
-"""`groma calibrate vehicle` and the library say the same of the same messages, whatever drives and tells the wheels.
+"""`groma calibrate vehicle` and the library say the same of the same messages, for every vehicle and form of wheels.
 
 The command reads a recording and leaves a vehicle.toml. The library is fed here as a user would: message by message,
 joints named by hand, asked in between. Values agree to 1e-9, and covariances to 1e-9 of the sigmas; so does the

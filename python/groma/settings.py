@@ -89,20 +89,25 @@ def merged(defaults: Mapping[str, object], changes: Mapping[str, object], path: 
     UserError
         When there is no setting of a name, or its value is of another type; the message has the whole path.
     """
+    return _merged(defaults, changes, f"setting {path}")
+
+
+def _merged(defaults: Mapping[str, object], changes: Mapping[str, object], label: str) -> Settings:
     unknown = [key for key in changes if key not in defaults]
     if unknown:
-        raise UserError(f"unknown setting {path}.{unknown[0]}: there are {', '.join(defaults)}")
-    return {key: _value(value, changes.get(key, value), f"setting {path}.{key}") for key, value in defaults.items()}
+        raise UserError(f"unknown {label}.{unknown[0]}: there are {', '.join(defaults)}")
+    return {key: _value(value, changes.get(key, value), f"{label}.{key}") for key, value in defaults.items()}
 
 
-def _value(default: object, value: object, path: str) -> object:
+def _value(default: object, value: object, label: str) -> object:
+    """Return a value of the kind that the default has; the label names it in messages."""
     if isinstance(default, Mapping):
         if not isinstance(value, Mapping):
-            raise UserError(f"{path}: is a table, not {value!r}")
-        return merged(default, value, path.removeprefix("setting "))
+            raise UserError(f"{label}: is a table, not {value!r}")
+        return _merged(default, value, label)
     for kind, name in ((bool, "true or false"), (int, "a whole number"), (float, "a number")):
         if isinstance(default, kind):
-            return _of_kind(value, kind, f"{path}: is {name}, not {value!r}")
+            return _of_kind(value, kind, f"{label}: is {name}, not {value!r}")
     return value
 
 

@@ -7,10 +7,9 @@ default is None; a file leaves it out. A command needs one of them: the modules 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import msgspec
 
@@ -45,7 +44,7 @@ def tables() -> dict[str, Callable[[], Settings]]:
         "plan_vehicle": _plan_vehicle,
         "plan_camera": lambda: search_table(_of("groma.camera_plan", "DEFAULTS").search),
         "exploration": lambda: {**_of("groma.exploration", "Settings")().table(), "seed": 0},
-        "evaluate_exploration": _evaluate_exploration,
+        "evaluate_exploration": _built("groma.evaluation.exploration", "Comparison"),
         "motions": _motions,
         "features": lambda: {"every": 3},
         "trajectory": _built("groma.evaluation.association", "Matching"),
@@ -79,7 +78,12 @@ def _given(module: str, function: str) -> Callable[[], Settings]:
 
 def _built(module: str, kind: str) -> Callable[[], Settings]:
     """Return the defaults of a struct by name, its module read when they are asked for."""
-    return lambda: msgspec.to_builtins(_of(module, kind)())
+    return lambda: _plain(_of(module, kind)())
+
+
+def _plain(defaults: object) -> Settings:
+    """Return a struct as tables and lists."""
+    return cast(Settings, msgspec.json.decode(msgspec.json.encode(defaults)))
 
 
 def _localize() -> Settings:
@@ -92,17 +96,8 @@ def _camera() -> Settings:
     return {**_of("groma.camera_calibration", "camera_defaults")(), "detection": detection}
 
 
-def _evaluate_exploration() -> Settings:
-    compared = msgspec.to_builtins(_of("groma.evaluation.exploration", "Comparison")())
-    return {**compared, "lambdas": list(_of("groma.evaluation.exploration", "LAMBDAS"))}
-
-
 def _calibrate() -> Settings:
-    request = {
-        key: list(value) if isinstance(value, tuple) else value
-        for key, value in asdict(_of("groma.vehicle_calibration", "Request")()).items()
-    }
-    return {**request, "tolerance": ""}
+    return {**_plain(_of("groma.vehicle_calibration", "Request")()), "tolerance": ""}
 
 
 def _plan_vehicle() -> Settings:

@@ -13,9 +13,6 @@ import numpy as np
 from cyclopts import App, Parameter
 
 from groma.cli.parameters import PLAIN
-from groma.cli.simulate_cameras import cameras
-from groma.cli.simulate_localization import localization
-from groma.cli.simulate_vehicle import vehicle
 from groma.cli.simulated import recording_stem, seed_of
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
@@ -26,8 +23,8 @@ from groma.tables import settings_of
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 
 app = App(name="simulate", default_parameter=PLAIN)
-for verb in (cameras, localization, vehicle):
-    app.command(verb)
+for verb in ("cameras", "localization", "vehicle"):
+    app.command(f"groma.cli.simulate_{verb}:{verb}", name=verb)
 
 
 @app.default

@@ -19,7 +19,7 @@ use groma_models::LaserScan;
 use nalgebra::Matrix3;
 use std::collections::VecDeque;
 
-/// A pose that moves by more of its standard deviation is told to be corrected.
+/// A pose that moves by more of its standard deviation counts as corrected.
 const NOTABLE: f64 = 0.1;
 /// Motions that are later are not waited for [s].
 const WAIT: f64 = 2.0;
