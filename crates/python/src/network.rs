@@ -2,8 +2,9 @@
 
 use crate::camera::{invalid, parse};
 use crate::findings::to_list;
+use crate::poses::{in_space, numbers};
 use crate::token::{Token, interruptible};
-use groma_geometry::{Se2, Se3, So3};
+use groma_geometry::{Se2, Se3};
 use groma_models::{Camera, Odometry, Target};
 use groma_network::hand_eye;
 use groma_network::standstill::Standstill as Core;
@@ -14,7 +15,7 @@ use groma_network::{Error, Options};
 use groma_pipeline::message::Detections;
 use groma_pipeline::{Message, SurveyCameras};
 use groma_simulation::network::{NETWORK_SCENES, NetworkRecording, NetworkScene, simulate};
-use nalgebra::{DMatrix, Matrix6, Quaternion, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{DMatrix, Matrix6, Vector2};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
@@ -259,7 +260,7 @@ fn place_by_poses<'py>(
     let (camera, target): (Camera, Target) = (parse(camera)?, parse(target)?);
     let known = KnownCamera { name: String::new(), camera, covariance: Some(matrix(&covariance)) };
     let lens = lens(&known, &Options { calibration_states: 6, ..Options::default() });
-    let robots: Vec<Se3> = robots.as_array().outer_iter().map(|r| pose(&r.to_vec())).collect();
+    let robots: Vec<Se3> = robots.as_array().outer_iter().map(|r| in_space(std::array::from_fn(|k| r[k]))).collect();
     let corners = corners(&target, robots.len(), &heads, &ids, &pixels, sigma)?;
     let failed = |e: groma_network::Error| PyRuntimeError::new_err(e.to_string());
     let (fit, planar) = py.detach(|| hand_eye::place(&lens, &robots, &corners, height)).map_err(failed)?;
@@ -298,19 +299,8 @@ fn corners(
     Ok(all)
 }
 
-fn pose(row: &[f64]) -> Se3 {
-    let quaternion = UnitQuaternion::new_normalize(Quaternion::new(row[6], row[3], row[4], row[5]));
-    Se3 { rotation: So3 { quaternion }, translation: Vector3::new(row[0], row[1], row[2]) }
-}
-
 fn poses<'py, 'a>(py: Python<'py>, all: impl Iterator<Item = &'a Se3>) -> Bound<'py, numpy::PyArray2<f64>> {
-    rows(
-        py,
-        all.map(|pose| {
-            let (t, q) = (pose.translation, pose.rotation.quaternion.coords);
-            [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
-        }),
-    )
+    rows(py, all.map(numbers))
 }
 
 fn rows<'py, T: numpy::Element + Copy + Default, const N: usize>(
