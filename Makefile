@@ -6,6 +6,9 @@ SHELL := /bin/bash
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# What tests build: all but what only timing needs. The bindings (tested from Python) are among them so that they and the
+# tests ask for the same features of what all depend on, which is then built once.
+CORE := --workspace --exclude groma-benches
 SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml pyproject.toml
 
 help: ## show this list
@@ -22,7 +25,7 @@ $(VENV)/.tools: pyproject.toml
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.tools $(SOURCES)
-	PIP_QUIET=1 VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile dist --quiet --extras vision,link
+	PIP_QUIET=1 VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile release --quiet --extras vision,link
 	@touch $@
 
 setup: $(VENV)/.tools ## make .venv with the tools
@@ -32,18 +35,18 @@ demo: build ## show what groma does on simulated recordings
 	$(BIN)/groma demo
 
 test: build ## all quick tests: Rust, then Python
-	cargo test --release --quiet --workspace --exclude groma-python
-	$(BIN)/pytest -m 'not slow'
+	cargo test --release --quiet $(CORE)
+	$(BIN)/pytest -n auto --dist loadfile -m 'not slow'
 
 test-slow: build ## the statistics that take minutes
-	cargo test --release --workspace --exclude groma-python -- --ignored
+	cargo test --release $(CORE) -- --ignored
 	$(BIN)/pytest -m slow
 
 test-portable: build ## the quick tests as on processors without AVX-512, and without AVX2
 	@for hidden in avx512 avx2; do \
 	  CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER="$(BIN)/python $(CURDIR)/scripts/older_processor.py $$hidden" \
-	    cargo test --release --quiet --workspace --exclude groma-python || exit 1; \
-	  $(BIN)/python scripts/older_processor.py $$hidden $(BIN)/pytest -p no:faulthandler -m 'not slow' || exit 1; \
+	    cargo test --release --quiet $(CORE) || exit 1; \
+	  $(BIN)/python scripts/older_processor.py $$hidden $(BIN)/pytest -p no:faulthandler -n auto --dist loadfile -m 'not slow' || exit 1; \
 	done
 
 lint: build ## every lint is an error
@@ -65,7 +68,7 @@ docs: build ## renew docs/reference/cli.md and findings.md, build rustdoc, run t
 	$(BIN)/pytest tests/test_docs.py
 
 bench: build ## time FALKO, the pose graph (beside GTSAM) and groma map on all simulated scenes
-	cargo bench --quiet -p groma-features
+	cargo bench --quiet -p groma-benches --bench features
 	$(BIN)/python -m pip install --quiet --group oracle
 	$(BIN)/python benches/pose_graph.py $(wildcard ../shared/data/posegraph/*.g2o.gz)
 	$(BIN)/python benches/simulated.py

@@ -2,7 +2,7 @@
 
 .venv/bin/python benches/planning.py
 
-The times of decisions are those of `cargo run --release -p groma-planning --example time_exploration`, the comparison
+The times of decisions are those of `cargo bench -p groma-benches --bench exploration`, the comparison
 with every walk that of `cargo test --release -p groma-planning -- --ignored --nocapture`.
 """
 

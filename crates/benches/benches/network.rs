@@ -1,6 +1,6 @@
 //! Prints how long the batch takes for a thousand cameras and twenty thousand views, and how much memory.
 //!
-//!     cargo run --release -p groma-network --example time_network [cameras] [views a camera]
+//!     cargo bench -p groma-benches --bench network -- [cameras] [views a camera]
 
 #![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -38,8 +38,8 @@ impl Draw {
 }
 
 fn main() {
-    let argument = |k: usize, default: usize| std::env::args().nth(k).map_or(default, |a| a.parse().unwrap());
-    let (cameras, each) = (argument(1, 1000), argument(2, 20));
+    let mut numbers = std::env::args().filter_map(|a| a.parse().ok());
+    let (cameras, each) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(20));
     let mut draw = Draw(1);
     let (batch, start, truth) = problem(cameras, each, &mut draw);
     let begin = Instant::now();

@@ -1,14 +1,9 @@
-//! Times the closed forms of 1000 motions and the likelihood of 4400: `cargo run --release -p groma-calibration --example
-//! time_vehicle`.
+//! Times the closed forms of 1000 motions and the likelihood of 4400:
+//! `cargo bench -p groma-benches --bench vehicle`.
 
-#![allow(
-    clippy::disallowed_methods,
-    clippy::print_stdout,
-    clippy::unwrap_used,
-    reason = "an example measures and prints"
-)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used, reason = "a bench measures and prints")]
 
-#[path = "../tests/drives/mod.rs"]
+#[path = "../../calibration/tests/drives/mod.rs"]
 mod drives;
 
 use drives::{Noise, Random, differential, driving_on, noisy, tricycle, windows};

@@ -1,11 +1,11 @@
 //! One predict and update with 30 observations and 10 000 landmarks in the map.
 //!
-//! `cargo bench -p groma-localization --bench step`
+//! `cargo bench -p groma-benches --bench localization_step`
 
 // criterion's macros have no documents; a bench measures, prints and may fail loudly
 #![allow(missing_docs, clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
-#[path = "../tests/drive/mod.rs"]
+#[path = "../../localization/tests/drive/mod.rs"]
 mod drive;
 
 use criterion::{Criterion, criterion_group, criterion_main};

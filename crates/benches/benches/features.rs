@@ -1,4 +1,4 @@
-//! Times of the feature chapter, one thread: `cargo bench -p groma-features`.
+//! Times of the feature chapter, one thread: `cargo bench -p groma-benches --bench features`.
 //!
 //! Scans of a zigzag hall with 1 cm noise from 200 places; local maps of 30 random landmarks over 20 m.
 #![allow(missing_docs)]

@@ -1,6 +1,6 @@
 //! Prints how long one decision of an exploring robot takes, over all decisions of whole explorations.
 //!
-//!     cargo run --release -p groma-planning --example time_exploration [MOST CAMERAS]
+//!     cargo bench -p groma-benches --bench exploration -- [MOST CAMERAS]
 //!
 //! Each exploration runs five times; of every decision the best of its five times counts, then the median and the
 //! longest over the decisions are printed. A decision is a call of `next_exit` that planned: most give the next exit of
@@ -21,7 +21,7 @@ const LAMBDAS: [f64; 3] = [10.0, 100.0, 1000.0];
 
 fn main() {
     println!("scene     cameras   strategy   lambda   decisions   median   longest [ms]");
-    let most = std::env::args().nth(1).map_or(196, |size| size.parse().unwrap());
+    let most = std::env::args().find_map(|size| size.parse().ok()).unwrap_or(196);
     let scenes = [(Kind::Squares, 25), (Kind::Sparse, 25), (Kind::Squares, 196), (Kind::Sparse, 196)];
     for (kind, size) in scenes.into_iter().filter(|&(_, size)| size <= most) {
         let graph = Scene { kind, size, ..Scene::default() }.graph().unwrap();

@@ -1,6 +1,6 @@
 //! Prints how long a network of n cameras (7 states each) takes for a 6-DOF measurement, a birth and a move.
 //!
-//!     cargo run --release -p groma-estimation --example time_udu
+//!     cargo bench -p groma-benches --bench udu
 //!
 //! Times are those of the processor where Linux tells them (a busy machine does not spoil them), else of the clock.
 
