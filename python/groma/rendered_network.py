@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
 
 import msgspec
 
@@ -15,6 +17,8 @@ from groma.network_simulation import SimulatedNetwork
 from groma.rendering import Appearance, Gray, appearance
 from groma.vision import detect
 
+A = TypeVar("A")
+B = TypeVar("B")
 Keep = Callable[[str, int, Gray], None]
 """Called with camera, number of the stop and image (height, width)."""
 
@@ -58,8 +62,23 @@ def rendered_messages(
         return image, detect(image, scene.target, camera=scene.cameras[camera].name, stamp=stamp)[0]
 
     places = [(stop, camera) for stop in range(len(simulated.stops)) for camera in range(len(scene.cameras))]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for (stop, camera), (image, detections) in zip(places, pool.map(take, places), strict=True):
-            if keep is not None and image is not None:
-                keep(scene.cameras[camera].name, stop, image)
-            yield from ((detection, stop) for detection in detections)
+    for (stop, camera), (image, detections) in zip(places, _side_by_side(take, places), strict=True):
+        if keep is not None and image is not None:
+            keep(scene.cameras[camera].name, stop, image)
+        yield from ((detection, stop) for detection in detections)
+
+
+def _side_by_side(work: Callable[[A], B], items: Iterable[A]) -> Iterator[B]:
+    """Yield the results for items in their order, computed on threads a few items ahead."""
+    threads = os.cpu_count() or 1
+    ahead: deque[Future[B]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for item in items:
+                ahead.append(pool.submit(work, item))
+                if len(ahead) > 2 * threads:
+                    yield ahead.popleft().result()
+            while ahead:
+                yield ahead.popleft().result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)

@@ -53,7 +53,7 @@ impl So2 {
     /// The same rotation with its complex number scaled back to length one (products drift by an ulp each).
     #[must_use]
     pub fn normalized(self) -> Self {
-        let n = self.cos.hypot(self.sin);
+        let n = (self.cos * self.cos + self.sin * self.sin).sqrt();
         Self { cos: self.cos / n, sin: self.sin / n }
     }
 }

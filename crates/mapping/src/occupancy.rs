@@ -94,19 +94,13 @@ struct Ray {
 /// The readings of a view at `pose`, for cells of the size `cell`.
 fn rays<'a>(view: &'a PolarView, pose: &'a Se2, cell: f64) -> impl Iterator<Item = Ray> + 'a {
     let (ranges, geometry) = view.ranges();
-    let hits = ranges.iter().enumerate().filter(|(_, r)| r.is_finite());
-    hits.filter_map(move |(i, &r)| {
-        let laser = *pose * view.laser_at(i);
-        let (s, c) = geometry.bearing(i).sin_cos();
-        let (range, direction) = (f64::from(r), laser.rotation.act(Vector2::new(c, s)));
+    let beams = ranges.iter().enumerate().zip(view.beams_at(pose));
+    beams.filter(|((_, r), _)| r.is_finite()).filter_map(move |((i, &r), (from, direction))| {
+        let range = f64::from(r);
         let before = cell / sine_of_incidence(ranges, i, geometry.angle_increment);
         let clear = (range - before.min(FARTHEST_STOP.max(cell))).clamp(0.0, CAP);
         let near = |p: Vector2<f64>| p.iter().all(|x| x.abs() < FARTHEST);
-        let ray = Ray {
-            from: laser.translation,
-            clear: laser.translation + direction * clear,
-            hit: (range <= CAP).then(|| laser.translation + direction * range),
-        };
+        let ray = Ray { from, clear: from + direction * clear, hit: (range <= CAP).then(|| from + direction * range) };
         (near(ray.from) && near(ray.clear)).then_some(ray)
     })
 }
@@ -118,7 +112,7 @@ fn sine_of_incidence(ranges: &[f32], i: usize, step: f64) -> f64 {
     let range = at(i);
     let along = (at(i.wrapping_sub(1)) - range).abs().min((at(i + 1) - range).abs());
     let across = range * step.abs();
-    if along.is_nan() || across <= 0.0 { 1.0 } else { across / across.hypot(along) }
+    if along.is_nan() || across <= 0.0 { 1.0 } else { across / (across * across + along * along).sqrt() }
 }
 
 /// Widens the box, given by its lower-left and upper-right corner, by all that a ray touches.

@@ -6,7 +6,7 @@
 
 use crate::point_to_line::{NORMAL_AGREEMENT, Surfaces};
 use crate::surface_scan::SurfaceScan;
-use groma_geometry::{Se2, wrap};
+use groma_geometry::{Se2, So2, wrap};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
@@ -77,6 +77,16 @@ impl PolarView {
             return self.laser;
         }
         Se2::exp(self.twist * seconds) * self.laser
+    }
+
+    /// Where each beam was fired and its unit direction, in a frame that has the vehicle at `pose`. From beam to beam the
+    /// laser makes the same motion: `L_(i+1) = L_i (T_v_l^-1 exp(twist dt) T_v_l)`, and the beam the same turn.
+    pub fn beams_at(&self, pose: &Se2) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + use<> {
+        let motion = self.laser.inverse() * Se2::exp(self.twist * self.geometry.time_increment) * self.laser;
+        let turn = So2::exp(self.geometry.angle_increment);
+        let first = (*pose * self.laser, So2::exp(self.geometry.angle_min));
+        let beams = std::iter::successors(Some(first), move |(laser, beam)| Some((*laser * motion, *beam * turn)));
+        beams.map(|(laser, beam)| (laser.translation, (laser.rotation * beam).act(Vector2::x())))
     }
 
     /// What this view says of a point in the vehicle frame.
@@ -192,6 +202,21 @@ mod tests {
         // The same place that the points of the scan were taken from.
         let last = v.scan.points.last().unwrap() - v.laser_at(10).translation;
         assert!((last.norm() - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn beams_step_by_step_are_those_that_are_asked_for_one_by_one() {
+        let mut geometry = *view().ranges().1;
+        geometry.time_increment = 0.001;
+        let scan = LaserScan { stamp: 0.0, geometry, ranges: vec![2.0; 181], intensities: vec![] };
+        let v = PolarView::new(&scan, &Se2::new(0.8, 0.3, 0.2), Vector3::new(1.0, 0.1, 2.0));
+        let pose = Se2::new(3.0, -2.0, 2.5);
+        for (i, (from, direction)) in v.beams_at(&pose).take(181).enumerate() {
+            let laser = pose * v.laser_at(i);
+            let (s, c) = geometry.bearing(i).sin_cos();
+            assert!((from - laser.translation).norm() < 1e-12);
+            assert!((laser.rotation.inverse().act(direction) - Vector2::new(c, s)).norm() < 1e-12);
+        }
     }
 
     #[test]

@@ -60,10 +60,10 @@ def cameras(
     with Run("recording", "simulate cameras", output, settings={"simulate_cameras": recorded}) as run:
         images = bool(settings["images"])
         messages = rendered_messages(simulated, keep=_keep(run.folder / "images")) if images else simulated.messages()
-        write_network(run.folder, simulated.scene.target, known, messages)
+        seen = write_network(run.folder, simulated.scene.target, known, run.until_cancelled(messages))
         run.write_text("truth.json", _truth(simulated))
         run.write_text("settings.toml", to_toml({"cameras": simulated.scene.settings()}))
-        stops, seen = len(simulated.stops), len(simulated.detections)
+        stops = len(simulated.stops)
         figures = {"cameras": len(known), "stops": stops, "panels_seen": seen}
         run.finish(figures, f"{len(known)} cameras, {stops} stops, {seen} panels seen, seed {drawn}.")
 

@@ -15,6 +15,7 @@ from groma.io.reflector_list import write_reflectors
 from groma.io.trajectory import write_tum
 from groma.io.vehicle_file import write_vehicle
 from groma.localization_simulation import (
+    DriveName,
     Rounds,
     calibrated_vehicle,
     drive_scenario,
@@ -65,22 +66,34 @@ def localization(
     rounds = _checked(settings)
     with Run("recording", "simulate localization", output, settings={"simulate_localization": settings}) as run:
         planned = list(drives(rounds.runs))
-        with run.stage("drives", len(planned)) as show:
-            for count, (name, drive, noise) in enumerate(run.until_cancelled(planned), 1):
+        done = _driven(run, rounds, planned)
+        shares = f"{rounds.reflectors:.0%} of the reflectors, {rounds.changed:.0%} of the pallets moved"
+        run.finish({"drives": done}, f"{done} drives, {shares}, seed {rounds.seed}.")
+
+
+def _driven(run: Run, rounds: Rounds, planned: list[tuple[str, DriveName, int]]) -> int:
+    """Simulate and write drives, and return how many; an interruption keeps those that are whole."""
+    done = 0
+    with run.stage("drives", len(planned)) as show:
+        try:
+            for name, drive, noise in planned:
                 plan = drive_scenario(drive, rounds.day(drive), noise)
                 driven = _written(run, name, plan)
-                show(count)
+                done += 1
+                show(done)
                 if drive == "survey":
                     write_vehicle(run.path("vehicle.toml"), calibrated_vehicle(plan, rounds.seed))
                     write_reflectors(run.path("reflectors.csv"), standing_reflectors(driven.circles, driven.segments))
-        shares = f"{rounds.reflectors:.0%} of the reflectors, {rounds.changed:.0%} of the pallets moved"
-        run.finish({"drives": len(planned)}, f"{len(planned)} drives, {shares}, seed {rounds.seed}.")
+        except KeyboardInterrupt:
+            if done == 0:
+                raise
+    return done
 
 
 def _written(run: Run, name: str, plan: Scenario) -> Simulated:
     """Simulate a drive and write its recording and its truth."""
     driven = simulate(plan, run.token)
-    write_recording(run.path(f"{name}.mcap"), driven)
+    write_recording(run.path(f"{name}.mcap"), run.whole(driven))
     write_tum(run.path(f"{name}-truth.tum"), driven.stamps, driven.truth)
     length = np.hypot(*np.diff(driven.truth[:, :2], axis=0).T).sum()
     run.say(f"{name}.mcap: {len(driven.scan_stamps)} scans, {length:.0f} m")

@@ -195,8 +195,8 @@ def write_network(
     target: Target,
     cameras: tuple[KnownCamera, ...],
     messages: Iterator[tuple[Odometry | Detection, int | None]],
-) -> None:
-    """Write a survey as a folder, which may exist.
+) -> int:
+    """Write a survey as a folder, which may exist; return the number of detections.
 
     Raises
     ------
@@ -221,6 +221,7 @@ def write_network(
             lines.append(_text(message, stop))
     write_recording(path / "odometry.csv", odometry)
     write_text(path / "detections.jsonl", "".join(f"{line}\n" for line in lines))
+    return len(lines)
 
 
 def write_covariance(path: Path, camera: Camera, covariance: Array) -> None:

@@ -160,6 +160,19 @@ class Run:
                 return
             yield item
 
+    def whole(self, items: Iterable[T]) -> Iterator[T]:
+        """Yield all items, for a file that must not end early.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            When the run is interrupted on the way.
+        """
+        for item in items:
+            if self.token.cancelled:
+                raise KeyboardInterrupt
+            yield item
+
     def stage(self, unit: str, total: int | None = None) -> AbstractContextManager[Show]:
         """Show the progress of a stage of the work; see :func:`groma.runs.progress.stage`."""
         return stage(unit, total)
