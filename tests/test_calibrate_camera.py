@@ -20,6 +20,7 @@ from groma.io.kalibr_camchain import read_camchain
 from groma.io.panels import write_panels
 from groma.io.target_file import read_target
 from groma.target import Chessboard, Panel, Target
+from told import told_alike
 
 KALIBR = "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.08\ntagSpacing: 0.3\n"
 
@@ -44,6 +45,7 @@ def test_images_in_a_camera_out(folder: Path, tmp_path: Path, capsys: pytest.Cap
     shown = capsys.readouterr()
     assert "Projections are known to" in shown.out
     assert "cut.png: cannot be read as an image" in shown.err
+    told_alike(out, shown.err)
     name, found = read_camera_info(out / "door.yaml")
     assert name == "door"
     metrics = json.loads((out / "metrics.json").read_text())

@@ -23,6 +23,7 @@ from groma.network_simulation import SimulatedNetwork, network_scene, simulate_n
 from groma.rendered_network import rendered_messages
 from groma.rendering import Gray
 from groma.report.network_words import network_verdict, weak_directions
+from told import told_alike
 
 
 @pytest.fixture(scope="module")
@@ -180,6 +181,16 @@ def test_a_malformed_line_is_told_and_left_out(survey: Path, tmp_path: Path, lin
     assert recording.notes.malformed == 1
     assert "detections.jsonl:1" in recording.notes.examples[0]
     assert told in recording.notes.examples[0]
+
+
+def test_what_is_wrong_with_a_survey_is_told_alike(
+    survey: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spoiled, out = lines(survey, tmp_path, '{"stamp":NaN}'), tmp_path / "out"
+    settings = survey / "settings.toml"
+    capsys.readouterr()
+    assert run(["cameras", "map", str(spoiled), "--config", str(settings), "-o", str(out)]) == 0
+    assert "records-malformed" in told_alike(out, capsys.readouterr().err)
 
 
 def test_detections_of_unknown_cameras_and_panels_are_counted() -> None:

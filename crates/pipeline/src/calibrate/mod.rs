@@ -146,7 +146,7 @@ impl CalibrateVehicle {
         })
     }
 
-    /// Takes a message: wheels, scans, or odometry that is poses of the sensor. Others are passed over.
+    /// Takes a message: wheels, scans of the first scanner, or odometry that is poses of the sensor. Others are passed over.
     pub fn push(&mut self, message: Message) {
         for message in self.order.push(message) {
             self.take(message);
@@ -235,7 +235,7 @@ impl CalibrateVehicle {
                     self.record.push(&row);
                 }
             }
-            Message::Scan { scan, .. } if self.settings.source == Source::Scans => self.follow(scan),
+            Message::Scan { scanner: 0, scan } if self.settings.source == Source::Scans => self.follow(scan),
             Message::Odometry(pose) if self.settings.source == Source::Poses => {
                 self.bad_poses += usize::from(!self.poses.push(&pose));
             }

@@ -111,6 +111,24 @@ fn a_snapshot_is_what_the_end_would_be_and_changes_nothing() {
     assert!(whole.motions.motions.len() > then.motions.motions.len());
 }
 
+/// A second scanner sits elsewhere: its scans say nothing of where the first one is.
+#[test]
+fn scans_of_another_scanner_are_passed_over() {
+    let drive = simulate_calibration(&driving_on(20.0), &Token::new()).unwrap();
+    let (first, settings) = (messages(&drive, false), settings(TRICYCLE));
+    let mirrored = |message: &Message| match message {
+        Message::Scan { scan, .. } => {
+            let ranges = scan.ranges.iter().rev().copied().collect();
+            let scan = LaserScan { stamp: scan.stamp + 0.01, ranges, ..scan.clone() };
+            vec![message.clone(), Message::Scan { scanner: 1, scan }]
+        }
+        other => vec![other.clone()],
+    };
+    let both: Vec<Message> = first.iter().flat_map(mirrored).collect();
+    let (alone, beside) = (run(&settings, &first).unwrap(), run(&settings, &both).unwrap());
+    assert_eq!(alone.calibration.vehicle, beside.calibration.vehicle);
+}
+
 /// The estimate of the pipeline is that of the library on the motions that it hands over.
 #[test]
 fn the_library_says_the_same_on_the_same_motions() {

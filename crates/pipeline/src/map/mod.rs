@@ -7,8 +7,9 @@
 //! Odometry comes as such, or is summed from the wheels of a calibrated vehicle ([`Map::of_vehicle`]).
 //!
 //! Nobody waits for odometry: the pose of a scan that it does not cover yet is extrapolated, and set right when it comes
-//! (`cover.rs`). Asking for the state or for a snapshot changes nothing: a drive mapped in one go and one that was looked at on the way give the same
-//! bytes, as do any numbers of threads. Messages of other kinds are passed over.
+//! (`cover.rs`). Asking for the state or for a snapshot changes nothing: a drive mapped in one go and one that was looked at on
+//! the way give the same bytes, as do any numbers of threads. Messages of other kinds, and scans of other scanners than the
+//! first, are passed over.
 //!
 //! What was noticed on the way and in the result is told as findings (`findings.rs`), and the verdict follows from them.
 
@@ -100,7 +101,7 @@ impl Map {
     fn take(&mut self, message: Message) {
         let end = message.end();
         match message {
-            Message::Scan { scan, .. } => {
+            Message::Scan { scanner: 0, scan } => {
                 let ready = self.cover.scan(scan, end);
                 self.register(&ready);
             }

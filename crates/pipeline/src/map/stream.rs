@@ -53,7 +53,7 @@ impl Stream {
     /// A message that came, before its turn.
     pub(super) fn read(&mut self, message: &Message) {
         match message {
-            Message::Scan { .. } => self.scans_read += 1,
+            Message::Scan { scanner: 0, .. } => self.scans_read += 1,
             Message::Odometry(_) => self.odometry_read += 1,
             Message::Wheels(_) => self.wheels_read += 1,
             _ => {}

@@ -2,7 +2,8 @@
 
 use crate::feed::{Arrival, arrivals, bytes, fed, in_turn, laps, mapped};
 use groma_mapping::options::Options;
-use groma_models::Token;
+use groma_models::{LaserScan, Token};
+use groma_pipeline::Message;
 
 #[test]
 fn who_waits_for_what_is_late_gets_the_map_of_what_is_in_time() {
@@ -56,4 +57,18 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| bytes(&mapped(&Options::default(), mount, &all)))
     };
     assert_eq!(run(1), run(2));
+}
+
+/// A second scanner sits elsewhere and looks elsewhere: its scans are not those of the first.
+#[test]
+fn scans_of_another_scanner_are_passed_over() {
+    let (simulated, mount) = laps(8);
+    let first = arrivals(&simulated.scans, &simulated.odometry, 0.0);
+    let mirrored = |stamp: f64, scan: &LaserScan| {
+        let ranges = scan.ranges.iter().rev().copied().collect();
+        Message::Scan { scanner: 1, scan: LaserScan { stamp, ranges, ..scan.clone() } }
+    };
+    let second = simulated.scans.iter().map(|s| (s.stamp + 0.02, mirrored(s.stamp + 0.01, s)));
+    let both = in_turn(first.iter().cloned().chain(second).collect());
+    assert_eq!(bytes(&mapped(&Options::default(), mount, &both)), bytes(&mapped(&Options::default(), mount, &first)));
 }
