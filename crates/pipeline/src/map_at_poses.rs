@@ -305,12 +305,13 @@ mod tests {
         let mut machine = MapAtPoses::new(Options::default(), mount(), 0.0);
         machine.push(pose(100.0));
         machine.push(scan(100.1));
-        assert_eq!(machine.state(), State { scans: 1, keyframes: 0, waiting: 1 });
+        machine.push(scan(100.15));
+        assert_eq!(machine.state(), State { scans: 2, keyframes: 0, waiting: 2 });
         machine.push(pose(100.2));
-        assert_eq!(machine.state(), State { scans: 1, keyframes: 1, waiting: 0 });
+        assert_eq!(machine.state(), State { scans: 2, keyframes: 1, waiting: 0 });
         machine.push(scan(100.3));
         machine.push(scan(102.0));
-        assert_eq!(machine.state(), State { scans: 3, keyframes: 1, waiting: 1 });
+        assert_eq!(machine.state(), State { scans: 4, keyframes: 1, waiting: 1 });
     }
 
     #[test]

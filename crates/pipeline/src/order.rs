@@ -248,6 +248,9 @@ mod tests {
         assert_eq!((out.len(), left), (4, vec![(Left::Leap, 1)]));
         let (out, left) = run(0.0, [0.0, 0.1, 90.0, 90.1, 90.2].map(odometry).to_vec());
         assert_eq!((out.len(), left.len()), (5, 0));
+        // The first scan after a pause was complete a little before the odometry that came first.
+        let (out, left) = run(0.0, vec![odometry(0.0), scan(0.1), odometry(90.0), scan(89.8), odometry(90.1)]);
+        assert_eq!((out.len(), left.len()), (5, 0));
     }
 
     #[test]
@@ -276,6 +279,7 @@ mod tests {
         assert_eq!(out.iter().map(|m| m.0).collect::<Vec<_>>(), [0.0, 0.1, 0.2, 0.25, 0.3, 0.4, 0.5]);
         assert_eq!(left, vec![(Left::Invalid, 1), (Left::Leap, 1)]);
         assert_eq!(disorder([3.0, 4.0, 5.0]), 0.0);
+        assert_eq!(disorder([0.0, 20.0, 40.0, 60.0, 1.0]), LEAP, "no file asks for more");
     }
 
     #[test]
