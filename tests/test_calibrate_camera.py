@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from camera_scenes import CAMERA, TARGET, Array, poses, write_images
+from findings_shown import findings_shown
 from groma.camera import Camera
 from groma.camera_calibration import calibrate_camera, projection_sigmas
 from groma.cli import run
@@ -20,7 +21,6 @@ from groma.io.kalibr_camchain import read_camchain
 from groma.io.panels import write_panels
 from groma.io.target_file import read_target
 from groma.target import Chessboard, Panel, Target
-from told import told_alike
 
 KALIBR = "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.08\ntagSpacing: 0.3\n"
 
@@ -45,7 +45,7 @@ def test_images_in_a_camera_out(folder: Path, tmp_path: Path, capsys: pytest.Cap
     shown = capsys.readouterr()
     assert "Projections are known to" in shown.out
     assert "cut.png: cannot be read as an image" in shown.err
-    told_alike(out, shown.err)
+    findings_shown(out, shown.err)
     name, found = read_camera_info(out / "door.yaml")
     assert name == "door"
     metrics = json.loads((out / "metrics.json").read_text())

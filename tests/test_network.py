@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from findings_shown import findings_shown
 from groma.cli import run
 from groma.detection import Detection
 from groma.errors import EstimationError, UserError
@@ -23,7 +24,6 @@ from groma.network_simulation import SimulatedNetwork, network_scene, simulate_n
 from groma.rendered_network import rendered_messages
 from groma.rendering import Gray
 from groma.report.network_words import network_verdict, weak_directions
-from told import told_alike
 
 
 @pytest.fixture(scope="module")
@@ -183,14 +183,14 @@ def test_a_malformed_line_is_told_and_left_out(survey: Path, tmp_path: Path, lin
     assert told in recording.notes.examples[0]
 
 
-def test_what_is_wrong_with_a_survey_is_told_alike(
+def test_findings_of_a_survey_are_the_same_everywhere(
     survey: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spoiled, out = lines(survey, tmp_path, '{"stamp":NaN}'), tmp_path / "out"
     settings = survey / "settings.toml"
     capsys.readouterr()
     assert run(["cameras", "map", str(spoiled), "--config", str(settings), "-o", str(out)]) == 0
-    assert "records-malformed" in told_alike(out, capsys.readouterr().err)
+    assert "records-malformed" in findings_shown(out, capsys.readouterr().err)
 
 
 def test_detections_of_unknown_cameras_and_panels_are_counted() -> None:

@@ -306,6 +306,17 @@ def test_a_signal_while_the_files_are_written_interrupts_nothing(tmp_path: Path)
     assert metrics(tmp_path / "out")["verdict"] == "consistent"
 
 
+def test_an_interruption_cuts_what_may_end_early_and_refuses_what_may_not() -> None:
+    run = Run("recording", "simulate", folder=False)
+    assert list(run.until_cancelled([1, 2])) == list(run.whole([1, 2])) == [1, 2]
+    early, whole = run.until_cancelled([1, 2]), run.whole([1, 2])
+    assert next(early) == next(whole) == 1
+    run.token.cancel()
+    assert list(early) == []
+    with pytest.raises(KeyboardInterrupt):
+        next(whole)
+
+
 def test_interrupted_before_there_is_a_result_it_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), Run("map", "map", tmp_path / "out", command="") as run:  # noqa: PT012
         run.token.cancel()

@@ -9,9 +9,9 @@ import pytest
 
 import groma.cli
 from drives import drive, scene
+from findings_shown import findings_shown
 from groma.io.csv_log import write
 from groma.models import Transform
-from told import told_alike
 
 COMMANDS = (
     "map {file} --resolution 0.2",
@@ -53,5 +53,5 @@ def test_the_same_list_everywhere(
     out = tmp_path / "out"
     capsys.readouterr()
     groma.cli.run([*command.format(file=spoiled, path=path).split(), "-o", str(out)])
-    lacking = EXPECTED - told_alike(out, capsys.readouterr().err)
+    lacking = EXPECTED - findings_shown(out, capsys.readouterr().err)
     assert lacking <= ({"mount-unknown"} if command.startswith("calibrate") else set())

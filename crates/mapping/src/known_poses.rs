@@ -29,15 +29,6 @@ pub struct TimedPose {
     pub covariance: Matrix3<f64>,
 }
 
-impl TimedPose {
-    /// Whether all numbers are finite.
-    #[must_use]
-    pub fn is_finite(&self) -> bool {
-        let numbers = [self.stamp, self.pose.x(), self.pose.y(), self.pose.theta()];
-        numbers.iter().chain(self.covariance.iter()).all(|v| v.is_finite())
-    }
-}
-
 /// What is known at `stamp` between two poses in the order of time; none outside them or in a gap.
 #[must_use]
 pub fn between(a: &TimedPose, b: &TimedPose, stamp: f64) -> Option<KnownPose> {

@@ -75,7 +75,6 @@ pub struct MapAtPoses {
     newest: f64,
     scans: usize,
     without_pose: Span,
-    not_finite: Span,
 }
 
 /// What is known of the vehicle at a time.
@@ -99,7 +98,6 @@ impl MapAtPoses {
             newest: f64::NEG_INFINITY,
             scans: 0,
             without_pose: Span::default(),
-            not_finite: Span::default(),
         }
     }
 
@@ -154,10 +152,6 @@ impl MapAtPoses {
     }
 
     fn learn(&mut self, pose: TimedPose) {
-        if !pose.is_finite() {
-            self.not_finite.add(pose.stamp);
-            return;
-        }
         self.poses.push_back(pose);
         let oldest = self.waiting.front().map_or(pose.stamp, |scan| scan.stamp.min(pose.stamp)) - KEPT;
         while self.poses.front().is_some_and(|p| p.stamp < oldest) {
@@ -197,9 +191,7 @@ impl MapAtPoses {
         let text = "no scan was taken at a known pose: do the stamps of scans and poses belong together?";
         let nothing = none.then(|| Finding::new(Code::NoEstimate, text));
         let without = self.without_pose.finding(Code::ScansWithoutPose, "scans were taken where no pose is known");
-        let values =
-            self.not_finite.finding(Code::ValuesInvalid, "poses with a number that is not finite were left out");
-        nothing.into_iter().chain(without).chain(values).chain(self.order.findings()).collect()
+        nothing.into_iter().chain(without).chain(self.order.findings()).collect()
     }
 }
 

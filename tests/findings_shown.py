@@ -1,4 +1,4 @@
-"""What a command found is told alike on standard error, in the report and in metrics.json."""
+"""The findings of a run: the same on standard error, in the report and in metrics.json."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from groma.runs.telling import line
 KEYS = {"code", "severity", "from_stamp", "to_stamp", "place", "values", "text", "remedy"}
 
 
-def told_alike(out: Path, standard_error: str) -> set[str]:
+def findings_shown(out: Path, standard_error: str) -> set[str]:
     """Check the folder of a run against what it said on standard error, and return the codes of its findings."""
     findings = json.loads((out / "metrics.json").read_text())["findings"]
     page = (out / "report.html").read_text()
