@@ -88,7 +88,7 @@ mod tests {
         assert!((between(&a, &b, 5.5).unwrap().pose.x() - 1.0).abs() < 1e-12);
         assert!(between(&a, &b, 4.999).is_none() && between(&a, &b, 5.501).is_none());
         assert!(between(&b, &a, 5.2).is_none() && between(&a, &a, 5.0).is_none());
-        assert!(between(&a, &exact(15.0, b.pose), 6.0).is_none(), "ten seconds without a pose");
+        assert!(between(&a, &exact(7.0, b.pose), 6.0).is_none(), "two seconds without a pose");
         assert!(between(&a, &b, f64::NAN).is_none());
     }
 

@@ -98,6 +98,12 @@ mod tests {
         let map = corners(&[(0.0, 0.0), (0.15, 0.0)]);
         assert_eq!(pairs(&map, &corners(&[(0.12, 0.0)])), [(1, 0)]);
         assert_eq!(pairs(&map, &corners(&[(0.06, 0.0), (0.01, 0.0)])), [(0, 1), (1, 0)]);
+        let (one, around) = (corners(&[(0.0, 0.0)]), corners(&[(0.1, 0.0), (-0.1, 0.0)]));
+        assert_eq!(
+            (pairs(&one, &around), pairs(&around, &one)),
+            (vec![(0, 0)], vec![(0, 0)]),
+            "of two as near the first"
+        );
     }
 
     #[test]

@@ -253,7 +253,7 @@ mod tests {
         (day.landmarks[0].seen, day.landmarks[0].visible) = (20, 80);
         let days = [day.clone(), day];
         let count = |share| promote(&map(vec![]), &days, &Options { share, ..Options::default() }).map(|r| r.promoted);
-        assert_eq!((count(0.5), count(0.3), count(0.25), count(0.2)), (Ok(0), Ok(0), Ok(1), Ok(1)));
+        assert_eq!((count(1.0), count(0.5), count(0.25), count(0.2)), (Ok(0), Ok(0), Ok(1), Ok(1)));
         for wrong in [0.0, 1.1, f64::NAN] {
             assert!(count(wrong).unwrap_err().to_string().contains("share"));
         }
@@ -267,6 +267,13 @@ mod tests {
         let first = promoted(&[corners(&[(5.0, 5.0)]), corners(&[(5.04, 5.0), (5.02, 5.0)])]);
         assert_eq!(first.len(), 1);
         assert!((first[0].position.x - 5.01).abs() < 1e-12, "the nearer of the two goes on with it");
+    }
+
+    #[test]
+    fn a_mark_goes_on_with_the_last_day_that_saw_it() {
+        let days = [0.0, 0.15, 0.3].map(|x| corners(&[(x, 5.0)]));
+        let options = Options { days: 3, ..Options::default() };
+        assert_eq!(promote(&map(vec![]), &days, &options).unwrap().promoted, 1);
     }
 
     #[test]
@@ -302,7 +309,7 @@ mod tests {
     #[test]
     fn what_is_rarely_detected_does_not_join() {
         let day = |seen, visible| map(vec![Landmark { seen, visible, ..corner(5.0, 5.0) }]);
-        for (seen, visible, joins) in [(5, 20, false), (2, 2, false), (9, 20, false), (11, 20, true), (10, 10, true)] {
+        for (seen, visible, joins) in [(5, 20, false), (9, 20, false), (11, 20, true), (4, 4, false), (5, 5, true)] {
             let count = promoted(&[day(seen, visible), day(seen, visible)]).len();
             assert_eq!(count == 1, joins, "{seen} of {visible}");
         }
@@ -318,24 +325,26 @@ mod tests {
 
     #[test]
     fn landmarks_that_no_drive_saw_are_told_and_a_map_of_elsewhere_decides_the_verdict() {
-        let codes = |before: &LandmarkMap| {
+        let told = |before: &LandmarkMap| {
             let day = corners(&[(0.0, 0.0)]);
             let result = promote(before, &[day.clone(), day], &Options::default()).unwrap();
-            result.findings.iter().map(|f| f.code).collect::<Vec<_>>()
+            result.findings.iter().map(|f| (f.code, f.values[0].value)).collect::<Vec<_>>()
         };
-        assert_eq!(codes(&corners(&[(0.0, 0.0), (50.0, 0.0)])), [Code::LandmarksUnseen]);
-        assert_eq!(codes(&corners(&[(50.0, 0.0), (51.0, 0.0)])), [Code::MapMismatch]);
-        assert_eq!(codes(&map(vec![])), []);
+        assert_eq!(told(&corners(&[(0.0, 0.0), (50.0, 0.0), (51.0, 0.0)])), [(Code::LandmarksUnseen, 2.0)]);
+        assert_eq!(told(&corners(&[(50.0, 0.0), (51.0, 0.0)])), [(Code::MapMismatch, 2.0)]);
+        assert_eq!(told(&map(vec![])), []);
     }
 
     #[test]
     fn a_mark_without_a_covariance_is_counted_and_left_out() {
         let flat = Landmark { covariance: Matrix2::zeros(), ..corner(1.0, 1.0) };
         let lost = Landmark { position: Vector2::new(f64::NAN, 0.0), ..corner(1.0, 1.0) };
-        let day = map(vec![flat, lost]);
+        let negative = Landmark { covariance: Matrix2::identity() * -CM, ..corner(3.0, 1.0) };
+        let open = Landmark { covariance: Matrix2::new(f64::INFINITY, 0.0, 0.0, CM), ..corner(5.0, 1.0) };
+        let day = map(vec![flat, lost, negative, open]);
         let result = promote(&map(vec![]), &[day.clone(), day], &Options::default()).unwrap();
         assert_eq!((result.promoted, result.findings.len()), (0, 1));
-        assert_eq!((result.findings[0].code, result.findings[0].values[0].value), (Code::ValuesInvalid, 4.0));
+        assert_eq!((result.findings[0].code, result.findings[0].values[0].value), (Code::ValuesInvalid, 8.0));
     }
 
     proptest! {

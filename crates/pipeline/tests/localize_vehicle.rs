@@ -6,12 +6,12 @@
 mod world;
 
 use groma_geometry::Se2;
-use groma_models::{Differential, Drive, ParameterCovariance, Scanner, Vehicle};
+use groma_models::{Differential, Drive, LandmarkKind, ParameterCovariance, Scanner, Vehicle};
 use groma_pipeline::Message;
 use groma_pipeline::localize::{Begin, Localize, Localized, Setup};
 use groma_pipeline::message::{StartPose, WheelReading};
-use nalgebra::{DMatrix, Matrix3};
-use world::{MOUNT, Truth, arriving, blind, draw, odometry, scans, setup, without_map};
+use nalgebra::{DMatrix, Matrix3, Vector2};
+use world::{MOUNT, Truth, arriving, blind, draw, odometry, scans, setup, strips, without_map};
 
 const UNTIL: f64 = 7.0;
 const RADIUS: f64 = 0.1;
@@ -135,5 +135,63 @@ fn scans_tell_the_way_through_a_pause_that_ends() {
     for fix in result.track.iter().filter(|fix| (4.2..5.3).contains(&fix.stamp)) {
         let off = (fix.pose.translation - truth.at(fix.stamp).translation).norm();
         assert!(off < 0.04 && fix.quality.sigma_position < 0.01, "{} {off} {:?}", fix.stamp, fix.quality);
+    }
+}
+
+#[test]
+fn a_reading_after_a_pause_costs_nothing_that_scans_knew() {
+    let truth = Truth::new();
+    let mut noise = draw(4);
+    let all = [odometry(&truth, UNTIL, 0.1, &mut noise), scans(&truth, UNTIL, &mut noise)].concat();
+    let without = |from: f64, to: f64| {
+        let heard = |m: &Message| matches!(m, Message::Scan { .. }) || !(from..to).contains(&m.stamp());
+        run(setup(&truth), arriving(all.iter().filter(|m| heard(m)).cloned().collect(), |_| 0.0)).track
+    };
+    let (paused, dead) = (without(4.0, 5.3), without(4.0, f64::INFINITY));
+    for (a, b) in paused.iter().zip(&dead).filter(|(fix, _)| (4.3..5.0).contains(&fix.stamp)) {
+        assert!(a.quality.sigma_position < 1.02 * b.quality.sigma_position, "{:?} {:?}", a.quality, b.quality);
+    }
+}
+
+#[test]
+fn what_a_vehicle_did_between_its_start_and_its_first_motion_is_open() {
+    let truth = Truth::new();
+    let mut machine = Localize::new(without_map()).unwrap();
+    let covariance = Matrix3::from_diagonal_element(1e-8);
+    machine.push(Message::StartPose(StartPose { stamp: 0.0, pose: truth.at(0.0), covariance }));
+    odometry(&truth, 1.0, 0.0, &mut draw(1)).into_iter().skip(25).for_each(|m| drop(machine.push(m)));
+    assert!(machine.state().unwrap().quality.sigma_position > 0.1, "{:?}", machine.state());
+}
+
+#[test]
+fn a_start_may_be_told_late_while_motions_are_late_too() {
+    let truth = Truth::new();
+    let mut messages = odometry(&truth, 6.0, 0.0, &mut draw(1));
+    messages.extend((0..68).map(|k| blind(0.1 * f64::from(k))));
+    let late = |m: &Message| if matches!(m, Message::Odometry(_)) { 0.9 } else { 0.0 };
+    let mut machine = Localize::new(without_map()).unwrap();
+    arriving(messages, late).into_iter().for_each(|m| drop(machine.push(m)));
+    let covariance = Matrix3::from_diagonal_element(1e-4);
+    machine.push(Message::StartPose(StartPose { stamp: 4.2, pose: truth.at(4.2), covariance }));
+    let state = machine.state().unwrap();
+    assert!((state.pose.translation - truth.at(state.stamp).translation).norm() < 0.15, "{state:?}");
+}
+
+/// A scan begins before the vehicle is where it ends; few scans show the marks as well as many.
+#[test]
+fn marks_seen_on_the_way_are_where_they_are() {
+    let truth = Truth::new();
+    for every in [1, 5] {
+        let few = scans(&truth, UNTIL, &mut draw(2)).into_iter().step_by(every).collect();
+        let messages = [odometry(&truth, UNTIL, 0.1, &mut draw(3)), few].concat();
+        let seen = run(setup(&truth), arriving(messages, |_| 0.0)).seen.unwrap().landmarks;
+        let off = |at: Vector2<f64>| {
+            let all = strips().into_iter().map(|strip| at - strip);
+            all.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap()
+        };
+        let strips: Vec<_> = seen.iter().filter(|mark| mark.kind == LandmarkKind::Reflector).collect();
+        let mean = strips.iter().map(|mark| off(mark.position)).sum::<Vector2<f64>>() / strips.len() as f64;
+        let ahead = truth.at(4.0).act(Vector2::x()) - truth.at(4.0).translation;
+        assert!(strips.len() > 8 && mean.dot(&ahead).abs() < 0.005, "{every}: {} {mean}", strips.len());
     }
 }

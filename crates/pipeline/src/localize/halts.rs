@@ -92,4 +92,11 @@ mod tests {
         assert!((found[0].matched - 2.0).abs() < 0.1);
         assert_eq!(found[0].pose, track[track.len() - 1].pose);
     }
+
+    #[test]
+    fn the_sway_of_coming_to_a_halt_is_no_scatter_of_a_short_one() {
+        let mut track = super::super::track::test_track::timed(standing(2.0), 0.1);
+        track[..2].iter_mut().for_each(|fix| fix.pose = Se2::new(0.05, 1.0, 0.0));
+        assert!(halts(&track)[0].scatter < 1e-9, "{}", halts(&track)[0].scatter);
+    }
 }
