@@ -93,3 +93,74 @@ fn reason(k: &Keyframe) -> Option<Reason> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_models::{BeamGeometry, LaserScan};
+    use groma_registration::PolarView;
+    use nalgebra::{Matrix3, Vector3};
+
+    /// A keyframe that is held well.
+    fn held(stamp: f64) -> Keyframe {
+        let geometry =
+            BeamGeometry { angle_min: 0.0, angle_increment: 0.1, time_increment: 0.0, range_min: 0.1, range_max: 9.0 };
+        let scan = LaserScan { stamp, geometry, ranges: vec![2.0; 9], intensities: vec![] };
+        Keyframe {
+            stamp,
+            tracked: Se2::IDENTITY,
+            view: PolarView::new(&scan, &Se2::IDENTITY, Vector3::zeros()),
+            corners: vec![],
+            reflectors: vec![],
+            step: Matrix3::zeros(),
+            weakest: (0.02, 0.3),
+            share: 0.9,
+            surprised: false,
+            torn: false,
+        }
+    }
+
+    fn slides(stamp: f64, sigma: f64) -> Keyframe {
+        Keyframe { weakest: (sigma, 0.3), ..held(stamp) }
+    }
+
+    /// Keyframe k is at (k, 2), turned by half a radian.
+    fn spots(keyframes: &[Keyframe]) -> Vec<WeakSpot> {
+        let poses: Vec<Se2> = (0..keyframes.len()).map(|k| Se2::new(k as f64, 2.0, 0.5)).collect();
+        weak_spots(keyframes, &poses)
+    }
+
+    #[test]
+    fn each_reason_is_told_what_matters_most_first() {
+        let reasons = |change: fn(&mut Keyframe)| {
+            let mut keyframe = held(1.0);
+            change(&mut keyframe);
+            spots(&[keyframe]).iter().map(|spot| spot.reason).collect::<Vec<_>>()
+        };
+        assert_eq!(reasons(|_| ()), []);
+        assert_eq!(reasons(|k| k.weakest.0 = 0.2), [Reason::Slides]);
+        assert_eq!(reasons(|k| (k.share, k.weakest.0) = (0.2, 0.2)), [Reason::Lost]);
+        assert_eq!(reasons(|k| (k.share, k.torn) = (0.2, true)), [Reason::Torn]);
+        assert_eq!(reasons(|k| (k.share, k.surprised) = (0.5, true)), [Reason::Contradiction]);
+        assert_eq!(reasons(|k| k.surprised = true), [], "a scan found whole overrules the wheels");
+        assert_eq!(reasons(|k| k.share = 0.5), [], "half of it is enough where nothing contradicts");
+    }
+
+    #[test]
+    fn a_stretch_lasts_from_its_first_to_its_last_keyframe_and_lies_where_it_is_weakest() {
+        let all = [held(9.0), slides(10.0, 0.2), slides(12.0, 0.4), slides(14.0, 0.3), held(15.0)];
+        let [spot] = &spots(&all)[..] else { panic!("one stretch") };
+        assert_eq!((spot.stamps, spot.sigma, spot.position), ((10.0, 14.0), 0.4, Vector2::new(2.0, 2.0)));
+        assert!((spot.direction - 0.8).abs() < 1e-12, "in the map frame");
+    }
+
+    #[test]
+    fn what_lies_far_apart_or_has_another_reason_is_a_stretch_of_its_own() {
+        let found = spots(&[slides(10.0, 0.2), slides(40.0, 0.2), Keyframe { share: 0.1, ..held(41.0) }]);
+        let told: Vec<_> = found.iter().map(|spot| (spot.stamps, spot.reason)).collect();
+        assert_eq!(
+            told,
+            [((10.0, 10.0), Reason::Slides), ((40.0, 40.0), Reason::Slides), ((41.0, 41.0), Reason::Lost)]
+        );
+    }
+}

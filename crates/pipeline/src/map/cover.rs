@@ -98,3 +98,58 @@ impl Cover {
         self.waiting.drain(..count).map(|(scan, _)| scan).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_models::BeamGeometry;
+
+    /// A sweep of 50 ms.
+    fn scan(cover: &mut Cover, stamp: f64) -> Vec<f64> {
+        let geometry =
+            BeamGeometry { angle_min: 0.0, angle_increment: 0.1, time_increment: 0.05, range_min: 0.1, range_max: 9.0 };
+        let scan = LaserScan { stamp, geometry, ranges: vec![1.0; 2], intensities: vec![] };
+        cover.scan(scan, stamp + 0.05).iter().map(|s| s.stamp).collect()
+    }
+
+    fn odometry(cover: &mut Cover, stamp: f64) -> Vec<f64> {
+        cover.odometry(stamp).iter().map(|s| s.stamp).collect()
+    }
+
+    #[test]
+    fn a_scan_is_taken_once_odometry_reaches_its_last_beam() {
+        let mut cover = Cover::default();
+        assert!(odometry(&mut cover, 1.0).is_empty() && scan(&mut cover, 1.25).is_empty());
+        assert!(scan(&mut cover, 1.5).is_empty() && odometry(&mut cover, 1.25).is_empty());
+        assert_eq!(cover.waiting(), Some((1.25, 1.5)));
+        assert_eq!((odometry(&mut cover, 1.25 + 0.05), odometry(&mut cover, 2.0)), (vec![1.25], vec![1.5]));
+        assert_eq!((scan(&mut cover, 1.75), cover.waiting()), (vec![1.75], None), "it was there before");
+    }
+
+    #[test]
+    fn nobody_waits_for_odometry_that_is_silent_and_silence_begins_with_the_first_scan() {
+        let mut cover = Cover::default();
+        let early: usize = (0..10).map(|k| scan(&mut cover, 100.0 + 0.1 * f64::from(k)).len()).sum();
+        assert_eq!((early, scan(&mut cover, 101.1).len(), scan(&mut cover, 101.2)), (0, 11, vec![101.2]));
+    }
+
+    #[test]
+    fn scans_by_the_thousand_do_not_pile_up() {
+        let mut cover = Cover::default();
+        let taken: Vec<f64> = (0..2000).flat_map(|k| scan(&mut cover, 1e-4 * f64::from(k))).collect();
+        assert!(taken.len() > 1000 && taken.len() < 1990 && taken.is_sorted(), "{}", taken.len());
+    }
+
+    #[test]
+    fn how_late_odometry_was_at_most_is_told_from_its_first_to_its_last_late_reading() {
+        let mut cover = Cover::default();
+        for (end, reading) in [(10.0, 9.98), (10.1, 9.99), (11.0, 10.75), (11.1, 10.9), (12.0, 12.0)] {
+            scan(&mut cover, end - 0.05);
+            odometry(&mut cover, reading);
+        }
+        let found = cover.finding().unwrap();
+        let values: Vec<_> = found.values.iter().map(|v| (v.value, v.unit)).collect();
+        assert_eq!((found.span, values[0]), (Some((9.99, 10.9)), (3.0, "1")));
+        assert!((values[1].0 - 0.25).abs() < 1e-9 && values[1].1 == "s", "{values:?}");
+    }
+}

@@ -118,3 +118,108 @@ fn stretch(spot: &WeakSpot) -> Finding {
         "rad",
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_geometry::Se2;
+    use groma_mapping::closure::{Closure, Verdict};
+    use groma_mapping::mapper::Mapper;
+    use groma_mapping::options::Options;
+    use groma_mapping::verify::Check;
+    use groma_models::{BeamGeometry, LaserScan, Token};
+    use nalgebra::{Matrix3, Vector2, Vector3};
+
+    /// A map of ten keyframes a metre apart, one a second, to which nothing is to be said.
+    fn good() -> MapResult {
+        let geometry = BeamGeometry {
+            angle_min: -3.0,
+            angle_increment: 0.02,
+            time_increment: 0.0,
+            range_min: 0.1,
+            range_max: 9.0,
+        };
+        let scan = LaserScan { stamp: 0.0, geometry, ranges: vec![2.0; 300], intensities: vec![] };
+        let mut mapper = Mapper::new(Options::default());
+        mapper.push_scan(&scan, &Se2::IDENTITY).unwrap();
+        let mut map = mapper.finish(&Token::new()).unwrap();
+        map.graph.nodes = (0..10).map(|k| Se2::new(f64::from(k), 3.0, 0.0)).collect();
+        map.stamps = (0..10).map(f64::from).collect();
+        (map.has_odometry, map.weak) = (true, vec![]);
+        map.closures = vec![closure(0, 9, Verdict::Accepted, Se2::IDENTITY)];
+        map
+    }
+
+    /// A closure that the graph misses by so much.
+    fn closure(from: usize, to: usize, verdict: Verdict, off: Se2) -> (Closure, usize, usize) {
+        let predicted = Se2::new((to - from) as f64, 0.0, 0.0);
+        let information = Matrix3::identity() * 1e4;
+        let pose = predicted * off.inverse();
+        let check = Check { pose, information, overlap: 1.0, share: 1.0, common: 1.0, scale: 0.01 };
+        (Closure { from, to, check, predicted, verdict }, from, to)
+    }
+
+    fn told(change: impl FnOnce(&mut MapResult)) -> Vec<Finding> {
+        let mut map = good();
+        change(&mut map);
+        findings(&map)
+    }
+
+    fn values(finding: &Finding) -> Vec<f64> {
+        finding.values.iter().map(|v| v.value).collect()
+    }
+
+    #[test]
+    fn of_many_closures_one_may_be_violated_and_of_several_the_worst_is_told() {
+        let off = [Se2::new(0.3, 0.0, 0.0), Se2::new(0.0, 0.6, 0.1), Se2::new(-0.4, 0.0, 0.2)];
+        let with = |count: usize| {
+            told(|map| {
+                let accepted = closure(0, 9, Verdict::Accepted, Se2::IDENTITY);
+                let violated = (0..count).map(|k| closure(k, k + 4, Verdict::Violated, off[k]));
+                map.closures = std::iter::repeat_n(accepted, 17).chain(violated).collect();
+            })
+        };
+        assert_eq!((with(0), with(1)), (vec![], vec![]));
+        let [strained] = &with(3)[..] else { panic!("one finding") };
+        assert_eq!(
+            (strained.code, strained.span, strained.place),
+            (Code::ClosureViolated, Some((1.0, 5.0)), Some([5.0, 3.0]))
+        );
+        let expected = [3.0, 20.0, 0.6, 0.1];
+        assert!(values(strained).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{strained:?}");
+    }
+
+    #[test]
+    fn where_it_may_be_torn_is_told_always_and_of_weak_stretches_the_worst() {
+        let spot = |k: i32, reason: Reason| WeakSpot {
+            stamps: (f64::from(k), f64::from(k) + 0.5),
+            position: Vector2::new(7.0, -f64::from(k)),
+            sigma: 0.2 + 0.01 * f64::from(k),
+            direction: 1.5,
+            reason,
+        };
+        let held = |count: i32| (0..count).map(|k| spot(k, Reason::Slides)).collect::<Vec<_>>();
+        assert_eq!(told(|map| map.weak = held(10)).len(), 10);
+        let found = told(|map| map.weak = [held(13), vec![spot(0, Reason::Torn)]].concat());
+        assert_eq!((found.len(), found[0].code, values(&found[0])), (12, Code::MapTorn, vec![0.2, 1.5]));
+        assert!(found[1..].iter().all(|f| f.code == Code::WeakStretch));
+        assert_eq!(
+            (found[1].place, found[1].span, values(&found[1])),
+            (Some([7.0, -12.0]), Some((12.0, 12.5)), vec![0.32, 1.5])
+        );
+        assert_eq!(values(&found[11]), [3.0, 0.22], "the three that are left, and the worst of them");
+    }
+
+    #[test]
+    fn a_scanner_is_said_to_sit_elsewhere_where_that_is_far_and_sure() {
+        let at = |x: f64, y: f64, sigmas: [f64; 2]| {
+            told(|map| map.offset = (Se2::new(x, y, 0.0), Vector3::new(sigmas[0], sigmas[1], 0.1)))
+        };
+        let found = at(0.03, -0.08, [0.01, 0.02]);
+        assert_eq!((found.len(), found[0].code, values(&found[0])), (1, Code::ScannerOffset, vec![0.03, -0.08, 0.02]));
+        assert_eq!(at(0.03, -0.08, [0.01, 0.05]), [], "not sure");
+        assert_eq!(at(0.01, 0.01, [1e-4, 1e-4]), [], "not far");
+        let blind = told(|map| (map.offset.0, map.has_odometry) = (Se2::new(1.0, 0.0, 0.0), false));
+        assert_eq!(blind.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::OdometryMissing]);
+    }
+}

@@ -160,3 +160,114 @@ fn invalid(counts: Counts) -> Vec<Finding> {
     };
     kinds.into_iter().filter_map(finding).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_geometry::{LieGroup, Se3};
+    use groma_network::batch::Residuals;
+    use groma_network::survey::{Judged, Slip};
+    use groma_simulation::network::NetworkScene;
+    use nalgebra::{DMatrix, Matrix6, Vector3, Vector6};
+
+    fn known() -> Vec<KnownCamera> {
+        let cameras = NetworkScene::named("corridor", 1).unwrap().cameras.into_iter().take(3);
+        cameras.map(|c| KnownCamera { name: c.name, camera: c.camera, covariance: None }).collect()
+    }
+
+    /// A map of three cameras that are known to a centimetre and fit as they should.
+    fn good() -> NetworkMap {
+        let place = |(k, known): (usize, &KnownCamera)| CameraResult {
+            camera: k,
+            since: k,
+            current: true,
+            pose: Se3 { translation: Vector3::new(k as f64, 5.0, 2.0), ..Se3::identity() },
+            covariance: Matrix6::identity() * 1e-4,
+            intrinsics: known.camera.clone(),
+            intrinsics_covariance: DMatrix::zeros(0, 0),
+            views: 1,
+            chi_square: (100.0, 106),
+        };
+        let residuals = Residuals { views: vec![(1000.0, 1000)], odometry: (40.0, 40), ..Residuals::default() };
+        NetworkMap {
+            cameras: known().iter().enumerate().map(place).collect(),
+            joint: None,
+            stops: vec![],
+            stamps: vec![10.0, 20.0, 30.0],
+            odometry: vec![],
+            mount: (Se3::identity(), Matrix6::zeros()),
+            judged: vec![],
+            used: vec![],
+            moved: vec![],
+            slip: None,
+            residuals,
+            unknowns: 0,
+            steps: (5, true),
+        }
+    }
+
+    fn told(change: impl Fn(&mut NetworkMap)) -> Vec<Finding> {
+        let mut map = good();
+        change(&mut map);
+        findings(&map, &known(), Counts::default(), &Options::default())
+    }
+
+    fn value(finding: &Finding, name: &str) -> f64 {
+        finding.values.iter().find(|v| v.name == name).unwrap().value
+    }
+
+    #[test]
+    fn a_camera_that_fits_worse_than_all_is_told_once_it_is_worse_than_its_sigma_too() {
+        assert_eq!(told(|_| ()), []);
+        let [found] = &told(|map| map.cameras[2].chi_square.0 = 900.0)[..] else { panic!("one finding") };
+        assert_eq!((found.code, found.place, value(found, "factor")), (Code::CameraMisfit, Some([2.0, 5.0]), 3.0));
+        assert!(found.text.starts_with(&known()[2].name));
+        let left = |map: &mut NetworkMap| {
+            (map.cameras[2].chi_square.0, map.cameras[2].current) = (900.0, false);
+        };
+        assert_eq!(told(left), [], "it hangs there no more");
+        let cautious = |map: &mut NetworkMap| {
+            map.residuals.views[0].0 = 100.0;
+            map.cameras[2].chi_square.0 = 80.0;
+        };
+        assert_eq!(told(cautious), []);
+    }
+
+    #[test]
+    fn an_odometry_three_times_worse_than_it_says_is_told_where_there_is_enough_of_it() {
+        let [found] = &told(|map| map.residuals.odometry = (360.0, 40))[..] else { panic!("one finding") };
+        assert_eq!((found.code, value(found, "factor")), (Code::SigmaTooSmall, 3.0));
+        assert_eq!(told(|map| map.residuals.odometry = (36.0, 4)), []);
+    }
+
+    #[test]
+    fn the_weak_direction_of_a_camera_is_told_in_words_and_numbers() {
+        for (axis, words) in [(0, "along 0°"), (1, "along 90°"), (2, "in height")] {
+            let mut variances = Vector6::from_element(1e-4);
+            variances[axis] = 0.0064;
+            let found = told(|map| map.cameras[1].covariance = Matrix6::from_diagonal(&variances));
+            assert_eq!((found.len(), found[0].code, found[0].place), (1, Code::CameraWeak, Some([1.0, 5.0])));
+            assert!(found[0].text.contains(words), "{}", found[0].text);
+            let (sigma, across) = (value(&found[0], "sigma"), value(&found[0], "sigma_across"));
+            assert!((sigma - 0.08).abs() < 1e-9 && (across - 0.01).abs() < 1e-9, "{sigma} {across}");
+        }
+    }
+
+    #[test]
+    fn views_that_the_map_does_not_rest_on_are_counted_by_reason() {
+        use Verdict::{Born, NoPose, Rejected, Taken, Undecided};
+        let views = [Rejected, Born, Rejected, Undecided, NoPose, Rejected, Taken, NoPose, NoPose];
+        let judged = views.map(|verdict| Judged { stop: 0, camera: 0, place: None, nis: 0.0, verdict });
+        let found = told(|map| (map.judged, map.used) = (judged.to_vec(), vec![0, 1, 6]));
+        let counts: Vec<_> = found.iter().map(|f| (f.code, value(f, "views"))).collect();
+        assert_eq!(counts, [2.0, 1.0, 3.0].map(|n| (Code::ViewsLeftOut, n)));
+        assert!(found[0].text.contains("contradict") && found[1].text.contains("two poses"));
+    }
+
+    #[test]
+    fn an_odometry_slipped_before_the_first_of_the_cameras_that_seem_moved() {
+        let moved = [2, 1].map(|k| Moved { camera: k, from: 0, to: k }).to_vec();
+        let found = told(|map| (map.moved, map.slip) = (moved.clone(), Some(Slip { cameras: 2 })));
+        assert_eq!((found.len(), found[0].code, found[0].span), (1, Code::OdometrySlipped, Some((20.0, 20.0))));
+    }
+}

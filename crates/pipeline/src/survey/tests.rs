@@ -113,6 +113,26 @@ fn stops_are_counted_as_the_robot_makes_them_and_views_by_camera() {
     assert_eq!((state.stop, state.stops), (Some(1), 2));
     assert_eq!(state.views[2], Views { images: 3, stops: 2 });
     assert_eq!((state.views[0], state.views[1]), (Views { images: 1, stops: 1 }, Views::default()));
+    machine.push(look(3.1, 2, 0, Some(0)));
+    assert_eq!(machine.state().views[2], Views { images: 4, stops: 3 }, "numbers of others are no numbers of ours");
+}
+
+/// Every other camera has a clock of its own, and each detection the number of the stop.
+#[test]
+fn what_carries_the_number_of_a_stop_belongs_to_it_whatever_the_clocks_say() {
+    let scene = NetworkScene::named("corridor", 2).unwrap();
+    let recording = simulate(&scene).unwrap();
+    let at = |stamp: f64| recording.stops.iter().position(|stop| (stop.from..=stop.to).contains(&stamp));
+    let numbered = messages(&scene, &recording, 1.0).into_iter().map(|message| match message {
+        Message::Detections(d) => {
+            let late = 3.0 * (d.camera % 2) as f64;
+            Message::Detections(Detections { stop: at(d.stamp).map(|k| k as u64), stamp: d.stamp + late, ..d })
+        }
+        other => other,
+    });
+    let stops: BTreeSet<_> = recording.seen.iter().map(|seen| at(seen.stamp).unwrap()).collect();
+    let result = fed(&scene, numbered).finish(&settings(&scene), &Token::new()).unwrap();
+    assert_eq!(result.map.stamps.len(), stops.len());
 }
 
 #[test]
@@ -127,7 +147,8 @@ fn messages_that_make_no_sense_are_counted_and_found() {
     let wrong = [bad(99, 0, 5.0, 0.3), bad(0, 99, 5.0, 0.3), bad(0, 0, f64::NAN, 0.3), bad(0, 0, 5.0, 0.0)];
     assert!(wrong.into_iter().all(|m| !machine.push(m)));
     assert!(!machine.push(Message::Odometry(Odometry { stamp: f64::NAN, pose: Se2::IDENTITY })));
-    assert_eq!((machine.counts().detections_invalid, machine.counts().odometry_invalid), (4, 1));
+    let (odometry, detections) = (recording.odometry.len(), recording.seen.len());
+    assert_eq!(machine.counts(), Counts { odometry, odometry_invalid: 1, detections, detections_invalid: 4 });
     let result = machine.finish(&settings(&scene), &Token::new()).unwrap();
     let found: Vec<f64> =
         result.findings.iter().filter(|f| f.code == Code::ValuesInvalid).map(|f| f.values[0].value).collect();
