@@ -203,3 +203,119 @@ fn odometry_alone(trajectory: &[(f64, Se2)], track: &OdometryTrack, shift: impl 
     let at = |t: f64| track.at(t).unwrap_or(start);
     trajectory.iter().map(|(t, _)| *first * shift(&start.between(&at(*t)))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Options;
+    use crate::verify::Check;
+    use groma_models::{BeamGeometry, LaserScan, Odometry};
+
+    /// A scan in a room of 26 by 6 m, `x` metres from its western wall.
+    fn room(stamp: f64, x: f64) -> LaserScan {
+        let geometry = BeamGeometry {
+            angle_min: -3.1,
+            angle_increment: 0.02,
+            time_increment: 0.0,
+            range_min: 0.1,
+            range_max: 30.0,
+        };
+        let range = |i: usize| {
+            let (sin, cos) = geometry.bearing(i).sin_cos();
+            (if cos > 0.0 { 26.0 - x } else { -x } / cos).min(if sin > 0.0 { 4.0 } else { -2.0 } / sin)
+        };
+        LaserScan { stamp, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] }
+    }
+
+    /// Twenty-two metres straight ahead: several local maps.
+    fn driven() -> Mapper {
+        let mut mapper = Mapper::new(Options::default());
+        for k in 0..110 {
+            let (stamp, x) = (0.4 * f64::from(k), 0.2 * f64::from(k));
+            mapper.push_odometry(Odometry { stamp, pose: Se2::new(x, 0.0, 0.0) });
+            mapper.push_scan(&room(stamp, 2.0 + x), &Se2::IDENTITY).unwrap();
+        }
+        assert!(mapper.closer.maps.len() > 2);
+        mapper
+    }
+
+    fn ending(mapper: &Mapper) -> Ending<'_> {
+        let mut closer = mapper.closer.clone();
+        closer.closures.clear();
+        Ending { mapper, closer }
+    }
+
+    /// A closure from the first local map to a later one that measures `off` beside what the tracker saw.
+    fn closure(ending: &Ending, to: usize, off: Se2) -> Closure {
+        let (a, b) = (&ending.closer.maps[0], &ending.closer.maps[to]);
+        let predicted = a.anchor.between(&b.anchor);
+        let information = Matrix3::identity() * 1e5;
+        let check = Check { pose: predicted * off, information, overlap: 1.0, share: 1.0, common: 1.0, scale: 0.01 };
+        Closure { from: 0, to, check, predicted, verdict: Verdict::Accepted }
+    }
+
+    #[test]
+    fn closures_that_the_graph_misses_by_far_or_left_out_are_rejected() {
+        let mapper = driven();
+        let nodes: Vec<Se2> = mapper.keyframes.iter().map(|k| k.tracked).collect();
+        let steps = vec![0.0; nodes.len() - 1];
+        let rejected = |off: Se2, weight: f64| {
+            let mut ending = ending(&mapper);
+            ending.closer.closures = vec![closure(&ending, 1, Se2::IDENTITY), closure(&ending, 2, off)];
+            let count = ending.reject(&nodes, &[steps.clone(), vec![1.0, weight]].concat());
+            assert_eq!(ending.closer.closures[0].verdict, Verdict::Accepted);
+            assert_eq!(count == 1, ending.closer.closures[1].verdict == Verdict::Violated);
+            count
+        };
+        for (off, count) in [(0.0, 0), (0.1, 0), (0.3, 1), (1.5, 1)] {
+            assert_eq!(
+                (rejected(Se2::new(off, 0.0, 0.0), 1.0), rejected(Se2::new(0.0, -off, 0.0), 1.0)),
+                (count, count)
+            );
+        }
+        for (turn, count) in [(0.01, 0), (-0.01, 0), (0.05, 1), (-0.05, 1)] {
+            assert_eq!(rejected(Se2::new(0.0, 0.0, turn), 1.0), count, "{turn}");
+        }
+        assert_eq!(rejected(Se2::IDENTITY, 0.0), 1);
+    }
+
+    #[test]
+    fn a_closure_that_the_others_contradict_is_no_part_of_the_graph() {
+        let mapper = driven();
+        let mut ending = ending(&mapper);
+        let off = |x: f64, turn: f64| Se2::new(x, 0.0, turn);
+        let all = [(1, off(0.0, 0.0)), (2, off(0.001, 0.0)), (2, off(0.6, 0.1)), (2, off(0.0, 0.001))];
+        ending.closer.closures = all.iter().map(|(to, off)| closure(&ending, *to, *off)).collect();
+        let (graph, kinds) = ending.settle(&Token::new()).unwrap();
+        let verdicts: Vec<_> = ending.closer.closures.iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Accepted, Verdict::Accepted, Verdict::Violated, Verdict::Accepted]);
+        assert_eq!(kinds.iter().filter(|kind| **kind == EdgeKind::Closure).count(), 3);
+        assert_eq!(graph.edges.len(), mapper.keyframes.len() - 1 + 3);
+    }
+
+    #[test]
+    fn the_graph_is_that_of_the_steps_and_of_closures_between_anchors() {
+        let mapper = driven();
+        let mut ending = ending(&mapper);
+        ending.closer.closures = vec![closure(&ending, 1, Se2::IDENTITY), closure(&ending, 2, Se2::new(0.1, 0.2, 0.3))];
+        ending.closer.closures[0].verdict = Verdict::Violated;
+        let last = ending.closer.maps.len() - 1;
+        ending.closer.poses[last] = Se2::new(1.0, -2.0, 0.7);
+        let (graph, kinds) = ending.graph();
+        let keyframes = &mapper.keyframes;
+        for (k, edge) in graph.edges[..keyframes.len() - 1].iter().enumerate() {
+            assert_eq!((edge.from, edge.to, edge.robust, kinds[k]), (k, k + 1, false, EdgeKind::Step));
+            assert_eq!(edge.measurement, keyframes[k].tracked.between(&keyframes[k + 1].tracked));
+            assert!((edge.information * keyframes[k + 1].step - Matrix3::identity()).amax() < 1e-6);
+        }
+        let [edge] = &graph.edges[keyframes.len() - 1..] else { panic!("one closure") };
+        let anchors = [0, 2].map(|m| ending.closer.maps[m].keyframes.start);
+        assert_eq!(([edge.from, edge.to], edge.robust, kinds[kinds.len() - 1]), (anchors, true, EdgeKind::Closure));
+        assert_eq!(edge.measurement, ending.closer.closures[1].check.pose);
+        let map = &ending.closer.maps[last];
+        for k in map.keyframes.clone() {
+            let moved = ending.closer.poses[last] * map.anchor.between(&keyframes[k].tracked);
+            assert!(graph.nodes[k].minus(&moved).norm() < 1e-12, "{k}");
+        }
+    }
+}

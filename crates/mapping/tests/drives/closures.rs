@@ -3,10 +3,13 @@
 //! A row of rooms of one plan, furniture included, ten metres from each other on a bare corridor, and a scanner that does
 //! not see from one door to the next: all that is seen fits one room as well as the other, and slides along the corridor.
 
-use crate::building::{closures, drive, map, mount, scenario, truth, worst, worst_closure};
+use crate::building::{around, closures, drive, hall, map, mount, scenario, truth, worst, worst_closure};
 use groma_geometry::Se2;
 use groma_mapping::closure::{Closure, Verdict};
 use groma_mapping::map_result::MapResult;
+use groma_mapping::mapper::Mapper;
+use groma_mapping::options::Options;
+use groma_models::Token;
 use groma_simulation::drive::{Route, WheelErrors};
 use groma_simulation::world::{FURNITURE, WALL, World};
 use groma_simulation::{Scanner, Scenario, Simulated};
@@ -104,5 +107,29 @@ fn a_room_seen_again_is_where_it_was() {
         let error =
             truth[first].between(&truth[last]).between(&result.graph.nodes[first].between(&result.graph.nodes[last]));
         assert!(error.translation.norm() < 0.03 && error.theta().abs() < 0.005, "seed {seed}: {error:?}");
+    }
+}
+
+/// A drive that has been pushed, and its map by the mapper.
+fn pushed(simulated: &Simulated, scenario: &Scenario, online: bool) -> (usize, MapResult) {
+    let mut mapper = Mapper::new(Options { online, ..Options::default() });
+    let mut readings = simulated.odometry.iter().peekable();
+    for scan in &simulated.scans {
+        while let Some(reading) = readings.next_if(|r| r.stamp <= scan.stamp) {
+            mapper.push_odometry(*reading);
+        }
+        mapper.push_scan(scan, &mount(scenario)).unwrap();
+    }
+    (mapper.state().unwrap().closures, mapper.finish(&Token::new()).unwrap())
+}
+
+/// What was closed on the way is of local maps that are finished; the last one may see the start again.
+#[test]
+fn the_end_of_a_drive_closes_loops_too() {
+    let scenario = scenario(1);
+    let simulated = drive(hall(), &around(1), &scenario);
+    for online in [false, true] {
+        let (on_the_way, result) = pushed(&simulated, &scenario, online);
+        assert!(result.accepted().count() > on_the_way, "{on_the_way} of {}", result.accepted().count());
     }
 }

@@ -210,6 +210,7 @@ fn what_cannot_be_used_is_counted_by_reason() {
     assert_eq!(count(Code::ValuesInvalid, "odometry"), Some(2.0));
     assert_eq!(count(Code::StampsInvalid, "scans"), Some(1.0));
     assert_eq!(span(&outcome, Code::ScansUnusable), (scans[7].stamp, scans[8].stamp));
+    assert!(outcome.counts.contains(&("scans_used", (scans.len() - 5) as f64)), "{:?}", outcome.counts);
     assert_eq!(outcome.verdict, "consistent");
 }
 
@@ -248,4 +249,5 @@ fn settings_and_mounts_out_of_range_are_refused_by_name() {
     options.corners.range_noise = f64::NAN;
     assert!(refused(options, Se2::IDENTITY).contains("range_noise"));
     assert!(refused(Options::default(), Se2::new(0.0, f64::NAN, 0.0)).starts_with("laser_y"));
+    assert!(refused(Options::default(), Se2::new(0.0, 0.0, f64::NAN)).starts_with("laser_yaw"));
 }

@@ -1,8 +1,9 @@
 //! Odometry that comes later than its scans: extrapolated at first, set right when it comes.
 
 use crate::feed::{Arrival, arrivals, codes, errors, estimate, fed, in_turn, laps, mapped};
+use groma_geometry::Se2;
 use groma_mapping::options::Options;
-use groma_models::Odometry;
+use groma_models::{LaserScan, Odometry};
 use groma_pipeline::Message;
 
 /// Odometry that is collected and comes every `period` seconds.
@@ -71,6 +72,17 @@ fn where_odometry_has_died_scans_are_taken_as_they_come() {
             assert!(taken.stamp == message.stamp() && spread < 0.5, "{spread}");
         }
     }
+}
+
+/// Before any scan was taken the vehicle is where the odometry, and its twist beyond, lead from the first.
+#[test]
+fn the_state_counts_from_the_first_scan_though_it_waits() {
+    let (simulated, mount) = laps(3);
+    let at = |stamp: f64| LaserScan { stamp, ..simulated.scans[0].clone() };
+    let drives = |k: i32| Odometry { stamp: 0.1 * f64::from(k), pose: Se2::new(0.08 * f64::from(k), 0.0, 0.0) };
+    let all = arrivals(&[at(0.98), at(1.18)], &(0..11).map(drives).collect::<Vec<_>>(), 0.0);
+    let state = fed(&Options::default(), mount, &all).state().unwrap();
+    assert!(state.stamp == 1.18 && (state.pose.x() - 0.16).abs() < 0.01, "{state:?}");
 }
 
 /// The state is that of the newest scan whether its odometry has come or not, and lies within its covariance of the truth.

@@ -12,6 +12,7 @@ fn who_waits_for_what_is_late_gets_the_map_of_what_is_in_time() {
     let timely = mapped(&patient, mount, &arrivals(&simulated.scans, &simulated.odometry, 0.0));
     let late = mapped(&patient, mount, &arrivals(&simulated.scans, &simulated.odometry, 0.25));
     assert_eq!(bytes(&late), bytes(&timely));
+    assert!(timely.counts.contains(&("scans_used", simulated.scans.len() as f64)), "the last included");
 }
 
 /// Every message comes up to 0.3 s late, each by its own delay.
