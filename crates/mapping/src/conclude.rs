@@ -210,6 +210,7 @@ mod tests {
     use crate::options::Options;
     use crate::verify::Check;
     use groma_models::{BeamGeometry, LaserScan, Odometry};
+    use nalgebra::Vector2;
 
     /// A scan in a room of 26 by 6 m, `x` metres from its western wall.
     fn room(stamp: f64, x: f64) -> LaserScan {
@@ -230,8 +231,8 @@ mod tests {
     /// Twenty-two metres straight ahead: several local maps.
     fn driven() -> Mapper {
         let mut mapper = Mapper::new(Options::default());
-        for k in 0..110 {
-            let (stamp, x) = (0.4 * f64::from(k), 0.2 * f64::from(k));
+        for k in 0..150 {
+            let (stamp, x) = (0.3 * f64::from(k), 0.15 * f64::from(k));
             mapper.push_odometry(Odometry { stamp, pose: Se2::new(x, 0.0, 0.0) });
             mapper.push_scan(&room(stamp, 2.0 + x), &Se2::IDENTITY).unwrap();
         }
@@ -316,6 +317,25 @@ mod tests {
         for k in map.keyframes.clone() {
             let moved = ending.closer.poses[last] * map.anchor.between(&keyframes[k].tracked);
             assert!(graph.nodes[k].minus(&moved).norm() < 1e-12, "{k}");
+        }
+    }
+
+    #[test]
+    fn poses_are_told_at_the_rate_of_the_odometry_and_candidates_that_tell_nothing_are_only_counted() {
+        let mapper = driven();
+        let mut ending = ending(&mapper);
+        let verdicts =
+            [Verdict::TooLittle, Verdict::Accepted, Verdict::TooLittle, Verdict::TooLittle, Verdict::Violated];
+        ending.closer.closures =
+            verdicts.map(|verdict| Closure { verdict, ..closure(&ending, 2, Se2::IDENTITY) }).to_vec();
+        let (graph, kinds) = ending.graph();
+        let result = ending.assemble(graph, kinds, false).unwrap();
+        assert_eq!((result.closures.len(), result.undecided, result.closures[0].1), (2, 3, 0));
+        assert!(result.stamps.len() < 100 && result.trajectory.len() == 150, "not each scan is a keyframe");
+        for (k, (stamp, pose)) in result.trajectory.iter().enumerate() {
+            for seen in [pose, &result.tracked[k], &result.odometry[k]] {
+                assert!((seen.translation - Vector2::new(0.5 * stamp, 0.0)).norm() < 0.02, "{stamp} {seen:?}");
+            }
         }
     }
 }

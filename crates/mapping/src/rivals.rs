@@ -99,3 +99,85 @@ pub(crate) fn choose(mut found: Vec<Alignment>) -> Alignment {
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use groma_models::{BeamGeometry, LaserScan};
+    use nalgebra::Vector3;
+
+    fn found(pose: Se2, cost: f64) -> Alignment {
+        let information = Matrix3::identity() * 1e4;
+        Alignment { pose, information, share: 1.0, matched: 100, scale: 0.01, cost, converged: true }
+    }
+
+    /// A keyframe in a room of 8 by 5 m that looks to the front, or all around.
+    fn keyframe(all_around: bool) -> Keyframe {
+        let geometry = BeamGeometry {
+            angle_min: -3.1,
+            angle_increment: 0.02,
+            time_increment: 0.0,
+            range_min: 0.1,
+            range_max: 30.0,
+        };
+        let range = |i: usize| {
+            let (sin, cos) = geometry.bearing(i).sin_cos();
+            let wall = (if cos > 0.0 { 5.0 } else { -3.0 } / cos).min(if sin > 0.0 { 3.0 } else { -2.0 } / sin);
+            if cos > 0.0 || all_around { wall } else { f64::INFINITY }
+        };
+        let scan = LaserScan { stamp: 0.0, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] };
+        Keyframe {
+            stamp: 0.0,
+            tracked: Se2::IDENTITY,
+            view: PolarView::new(&scan, &Se2::IDENTITY, Vector3::zeros()),
+            corners: vec![],
+            reflectors: vec![],
+            step: Matrix3::zeros(),
+            weakest: (0.0, 0.0),
+            share: 1.0,
+            surprised: false,
+            torn: false,
+        }
+    }
+
+    /// Poses and costs after weighing against one keyframe.
+    fn weighed(view: &Keyframe, keyframe: Keyframe, found: &[Alignment]) -> Vec<(f64, f64)> {
+        let mut found = found.to_vec();
+        weigh_contradictions(&mut found, &view.view, &Se2::IDENTITY, &[keyframe]);
+        found.iter().map(|a| (a.pose.x(), a.cost)).collect()
+    }
+
+    #[test]
+    fn the_likeliest_is_chosen_and_is_as_uncertain_as_its_rivals_are_far_and_likely() {
+        let at = |x: f64, cost: f64| found(Se2::new(x, 0.0, 0.0), cost);
+        let sigma_sq = |a: &Alignment| a.information.try_inverse().unwrap().m11;
+        let alone = choose(vec![at(1.0, 5.0)]);
+        assert!((sigma_sq(&alone) - 1e-4).abs() < 1e-9);
+        for rivals in [vec![at(1.0, 5.0), at(1.4, 5.0)], vec![at(1.4, 5.0 + 1e-9), at(1.0, 5.0)]] {
+            let torn = choose(rivals);
+            assert!(torn.pose.x() == 1.0 && (sigma_sq(&torn) - 0.08 - 1e-4).abs() < 1e-4, "{}", sigma_sq(&torn));
+            assert!(torn.information.m22 > 9e3, "across it is as well known as before");
+        }
+        let sure = choose(vec![at(1.4, 25.0), at(1.0, 5.0)]);
+        assert!(sure.pose.x() == 1.0 && (sigma_sq(&sure) - 1e-4).abs() < 1e-6);
+    }
+
+    #[test]
+    fn who_stands_where_walls_were_seen_through_pays_and_who_cannot_win_is_dropped() {
+        let at = |x: f64, cost: f64| found(Se2::new(x, 0.0, 0.0), cost);
+        let room = keyframe(true);
+        let [first, second] = &weighed(&room, room.clone(), &[at(1.0, 2.9), at(0.0, 3.0), at(0.1, 50.0)])[..] else {
+            panic!("two that may win")
+        };
+        assert!(first.0 == 1.0 && first.1 > 8.0 && *second == (0.0, 3.0), "{first:?} {second:?}");
+    }
+
+    #[test]
+    fn two_views_contradict_each_other_whichever_is_asked() {
+        let (front, room) = (keyframe(false), keyframe(true));
+        let pose = Se2::new(0.7, -0.3, 0.2);
+        let forth = weighed(&front, room.clone(), &[found(pose, 0.0)])[0].1;
+        let back = weighed(&room, front, &[found(pose.inverse(), 0.0)])[0].1;
+        assert!(forth > 1.0 && (forth - back).abs() < 1e-9, "{forth} {back}");
+    }
+}
