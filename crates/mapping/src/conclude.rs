@@ -338,4 +338,42 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn without_closures_a_keyframe_is_as_uncertain_as_the_step_to_it() {
+        let mapper = driven();
+        let ending = ending(&mapper);
+        let (graph, kinds) = ending.graph();
+        let covariance = ending.assemble(graph, kinds, false).unwrap().covariances[1];
+        let step = mapper.keyframes[1].step;
+        assert!((covariance - step).amax() < 1e-6 * step.amax(), "{covariance} {step}");
+    }
+
+    #[test]
+    fn what_was_told_on_the_way_is_not_mended_afterwards() {
+        let mut mapper = driven();
+        for online in [true, false] {
+            mapper.options.online = online;
+            let mut ending = ending(&mapper);
+            ending.closer.poses.iter_mut().for_each(|pose| *pose = Se2::new(0.0, 1.0, 0.0) * *pose);
+            let (graph, kinds) = ending.graph();
+            let pose = ending.assemble(graph, kinds, false).unwrap().trajectory[60].1;
+            assert!((pose.y() - if online { 0.0 } else { 1.0 }).abs() < 0.05, "{online} {pose:?}");
+        }
+    }
+
+    #[test]
+    fn a_single_reading_is_no_odometry() {
+        for readings in [1, 2] {
+            let mut mapper = Mapper::new(Options::default());
+            for k in 0..2 {
+                let stamp = f64::from(k);
+                if k < readings {
+                    mapper.push_odometry(Odometry { stamp, pose: Se2::IDENTITY });
+                }
+                mapper.push_scan(&room(stamp, 3.0), &Se2::IDENTITY).unwrap();
+            }
+            assert_eq!(mapper.finish(&Token::new()).unwrap().has_odometry, readings == 2);
+        }
+    }
 }
