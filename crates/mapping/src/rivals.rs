@@ -180,4 +180,22 @@ mod tests {
         let back = weighed(&room, front, &[found(pose.inverse(), 0.0)])[0].1;
         assert!(forth > 1.0 && (forth - back).abs() < 1e-9, "{forth} {back}");
     }
+
+    #[test]
+    fn a_start_is_looked_for_as_far_as_the_prior_is_unsure_around_every_center() {
+        let view = keyframe(true).view;
+        let mut surfaces = SurfaceMap::default();
+        surfaces.insert(&view.scan, &Se2::IDENTITY);
+        let is_found = |centers: &[Se2], sigma: f64| {
+            let information = Matrix3::from_diagonal(&Vector3::new(sigma, sigma, 0.2).map(|s| s.powi(-2)));
+            let prior = Prior { pose: centers[0], information, dof: 4.0 };
+            let near = |start: &Se2| start.translation.norm() < 0.15 && start.theta().abs() < 0.1;
+            starts(&view.scan, &surfaces, centers, &prior).iter().any(near)
+        };
+        let off = [Se2::new(0.5, -0.5, 0.0), Se2::new(0.0, 0.0, 0.35), Se2::new(0.0, 0.0, -0.35)];
+        assert!(off.iter().all(|center| is_found(&[*center], 0.3)));
+        assert!(!is_found(&[Se2::new(1.0, 0.0, 0.0)], 0.1), "who is sure does not look far");
+        let turned = Se2::new(0.0, 0.0, 1.2);
+        assert!(!is_found(&[turned], 0.3) && is_found(&[turned, Se2::IDENTITY], 0.3));
+    }
 }
