@@ -219,7 +219,8 @@ mod tests {
         assert_eq!((found.len(), found[0].code, values(&found[0])), (1, Code::ScannerOffset, vec![0.03, -0.08, 0.02]));
         assert_eq!(at(0.03, -0.08, [0.01, 0.05]), [], "not sure");
         assert_eq!(at(0.01, 0.01, [1e-4, 1e-4]), [], "not far");
-        let blind = told(|map| (map.offset.0, map.has_odometry) = (Se2::new(1.0, 0.0, 0.0), false));
+        let far = (Se2::new(1.0, 0.0, 0.0), Vector3::from_element(0.01));
+        let blind = told(|map| (map.offset, map.has_odometry) = (far, false));
         assert_eq!(blind.iter().map(|f| f.code).collect::<Vec<_>>(), [Code::OdometryMissing]);
     }
 }
