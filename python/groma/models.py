@@ -55,6 +55,9 @@ class LaserScan:
     def __post_init__(self) -> None:
         require("stamp", "stamp", self.stamp)
         require("beams", "beams", len(self.ranges))
+        last, geometry = len(self.ranges) - 1, self.geometry
+        require("stamp", "stamp of the last beam", self.stamp + last * geometry.time_increment)
+        require("angle_min", "bearing of the last beam", geometry.angle_min + last * geometry.angle_increment)
 
     @property
     def end(self) -> float:

@@ -202,6 +202,27 @@ def test_a_scanner_that_turns_clockwise_is_reversed(tmp_path: Path) -> None:
     np.testing.assert_allclose(points(seen), points(original), atol=1e-12)
 
 
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("first", [-100.0, 0.0, 100.0])
+@pytest.mark.parametrize("step", [-6.0, -1.0, -0.01, 0.01, 1.0])
+@pytest.mark.parametrize(("stamp", "between"), [(1.0, 0.0), (1e11, 0.01), (1e11, -0.01), (-1e11, -10.0)])
+def test_a_scan_that_can_be_read_can_be_turned_upright(
+    tmp_path: Path, flipped: bool, first: float, step: float, stamp: float, between: float
+) -> None:
+    quaternion = "1,0,0,0" if flipped else "0,0,0,1"
+    readings = ",".join(["2.0"] * 181)
+    (tmp_path / "log.csv").write_text(
+        f"TF,0,/tf_static,base_link,laser,1,0,0,0,{quaternion}\n"
+        f"GEOMETRY,/scan,{first},{step},{between},0.1,30\n"
+        f"SCAN,{stamp},/scan,laser,181,{readings}\nODOM,0,/odom,odom,base_link,0,0,0\n"
+    )
+    recording = open_recording(tmp_path / "log.csv")
+    seen = [event for event in open_drive(recording).events() if isinstance(event, LaserScan)]
+    good = abs(first + 180 * step) <= 100 and abs(stamp + 180 * between) <= 1e11
+    assert len(seen) == good
+    assert good or any("log.csv:3" in note.text for note in recording.notes.findings())
+
+
 @pytest.mark.shared
 def test_shared_drives(shared: Path) -> None:
     intel = open_drive(open_recording(shared / "data/intel/derived/intel_raw3361.clf.gz"))

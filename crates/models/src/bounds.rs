@@ -31,7 +31,7 @@ pub const JOINT: Bound = Bound::new("joint", -1e15, 1e15, "must be within 1e15")
 pub const PER_TURN: Bound = Bound::new("per_turn", 1e-3, 1e15, "must be from 1e-3 to 1e15");
 /// A motion, a speed or a duration between two messages [m, rad, m/s, rad/s, s].
 pub const MOTION: Bound = Bound::new("motion", -1e5, 1e5, "must be within 1e5");
-/// Bearing of the first beam [rad].
+/// Bearing of the first beam, and of the last [rad].
 pub const ANGLE_MIN: Bound = Bound::new("angle_min", -100.0, 100.0, "must be within 100 rad");
 /// Size of the step from beam to beam [rad].
 pub const ANGLE_STEP: Bound = Bound::new("angle_step", 1e-7, 6.3, "must be from 1e-7 to 6.3 rad");

@@ -75,11 +75,14 @@ impl LaserScan {
     /// Refuses a scan that no scanner gives; readings may be anything, those that are no hit do not count.
     ///
     /// # Errors
-    /// A stamp or a field of the geometry out of its bound, no beam or too many.
+    /// A field of the geometry, or the stamp or bearing of the first or last beam, out of its bound; no beam or too many.
     pub fn validate(&self) -> Result<(), ModelError> {
+        let last = self.ranges.len().saturating_sub(1);
         STAMP.check("stamp", self.stamp)?;
         BEAMS.check("beams", self.ranges.len() as f64)?;
-        self.geometry.validate()
+        self.geometry.validate()?;
+        STAMP.check("stamp of the last beam", self.beam_stamp(last))?;
+        ANGLE_MIN.check("bearing of the last beam", self.geometry.bearing(last))
     }
 
     /// Time of beam `i` [s].

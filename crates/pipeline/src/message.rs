@@ -223,4 +223,20 @@ mod tests {
         }
         assert!(refused(scan(0.0, BeamGeometry { angle_increment: 0.0, ..geometry })));
     }
+
+    #[test]
+    fn a_scan_is_refused_by_its_last_beam_as_by_its_first() {
+        let scan = |stamp, angle_increment, time_increment| {
+            let geometry =
+                BeamGeometry { angle_min: 0.0, angle_increment, time_increment, range_min: 0.1, range_max: 9.0 };
+            Message::Scan {
+                scanner: 0,
+                scan: LaserScan { stamp, geometry, ranges: vec![1.0; 361], intensities: vec![] },
+            }
+        };
+        let latest = groma_models::bounds::STAMP.high;
+        assert!(!refused(scan(latest, 0.01, 0.0)) && !refused(scan(0.0, -0.01, 0.1)));
+        assert!(refused(scan(0.0, -1.0, 0.0)) && refused(scan(0.0, 1.0, 0.0)), "no scanner turns 57 times a scan");
+        assert!(refused(scan(latest, 0.01, 0.1)) && !refused(scan(latest, 0.01, -0.1)));
+    }
 }
