@@ -1,4 +1,5 @@
-//! Dense nonlinear least squares: `minimise |r(x)|^2` by Levenberg-Marquardt, with what the data leave open.
+//! Dense nonlinear least squares: `minimise |r(x)|^2` by Levenberg-Marquardt (`levenberg_marquardt.rs`), with what the data
+//! leave open.
 //!
 //! The caller whitens: residuals have unit variance, so `|r|^2` is a chi-square and the covariance is
 //! `(J^T J)^-1`, not rescaled by the fit. The state x may live on a manifold: the caller says how a step moves it, and
@@ -13,29 +14,14 @@
 //! Source: More, LNM 630 (1978) 105; Nocedal, Wright, "Numerical Optimization", section 10.3.
 
 use crate::Error;
+pub use crate::levenberg_marquardt::Options;
+use crate::levenberg_marquardt::{self, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Share of the largest scaled singular value at which a direction counts as weak.
 const WEAK_SHARE: f64 = 1e-8;
 /// Residuals this close to a right angle with every column of the Jacobian are at a minimum, up to rounding.
 const FLAT_COSINE: f64 = 1e-8;
-const FIRST_DAMPING: f64 = 1e-4;
-const LAST_DAMPING: f64 = 1e16;
-
-/// When to stop.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// Most steps taken.
-    pub max_iterations: usize,
-    /// The end is reached when a step promises to lower the cost by less than this share of `1 + cost`.
-    pub tolerance: f64,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { max_iterations: 100, tolerance: 1e-12 }
-    }
-}
 
 /// A minimum and what is known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,37 +56,57 @@ pub fn minimize<S: Clone>(
     model: impl Fn(&S) -> (DVector<f64>, DMatrix<f64>),
     options: &Options,
 ) -> Result<Fit<S>, Error> {
-    let (mut x, (mut r, mut jacobian)) = (start.clone(), model(&start));
-    check(&r, &jacobian)?;
-    let (mut damping, mut iterations, mut converged) = (FIRST_DAMPING, 0, jacobian.ncols() == 0);
-    while !converged && iterations < options.max_iterations && damping < LAST_DAMPING {
-        let Some((step, promise)) = damped_step(&jacobian, &r, damping) else {
-            damping *= 10.0;
-            continue;
-        };
-        converged = damping <= FIRST_DAMPING && promise <= options.tolerance * (1.0 + r.norm_squared());
-        let moved = retract(&x, &step);
-        let (r_moved, jacobian_moved) = model(&moved);
-        if check(&r_moved, &jacobian_moved).is_ok() && r_moved.norm_squared() <= r.norm_squared() {
-            (x, r, jacobian) = (moved, r_moved, jacobian_moved);
-            (damping, iterations) = (damping / 10.0, iterations + 1);
-        } else {
-            damping *= 10.0;
-        }
-    }
-    converged |= steepest_cosine(&jacobian, &r) <= FLAT_COSINE;
+    let nothing = || (DVector::zeros(0), DMatrix::zeros(0, 0));
+    let mut problem = Dense { retract: &retract, model: &model, trial: nothing(), kept: nothing() };
+    let end = levenberg_marquardt::minimize(&mut problem, start, options)?;
+    let end = end.ok_or(Error::NotFinite { what: "the model at the start" })?;
+    let (r, jacobian) = problem.kept;
+    let converged = end.converged || jacobian.ncols() == 0 || steepest_cosine(&jacobian, &r) <= FLAT_COSINE;
     let spread = spread(&jacobian);
     let dof = r.len().saturating_sub(spread.rank);
     let (chi_square, covariance, weak) = (r.norm_squared(), spread.covariance, spread.weak);
-    Ok(Fit { estimate: x, chi_square, dof, covariance, weak, iterations, converged, residuals: r })
+    let (estimate, iterations) = (end.state, end.iterations);
+    Ok(Fit { estimate, chi_square, dof, covariance, weak, iterations, converged, residuals: r })
 }
 
-fn check(r: &DVector<f64>, jacobian: &DMatrix<f64>) -> Result<(), Error> {
-    if r.len() != jacobian.nrows() {
-        return Err(Error::Size { what: "Jacobian (rows)", expected: r.len(), got: jacobian.nrows() });
+/// Residuals and their Jacobian.
+type Linear = (DVector<f64>, DMatrix<f64>);
+
+/// A model with its residuals and Jacobian at the state of the last cost, and at the last state that was kept.
+struct Dense<'a, S> {
+    retract: &'a dyn Fn(&S, &DVector<f64>) -> S,
+    model: &'a dyn Fn(&S) -> Linear,
+    trial: Linear,
+    kept: Linear,
+}
+
+impl<S> Problem for Dense<'_, S> {
+    type State = S;
+    type Step = DVector<f64>;
+    type Error = Error;
+
+    fn cost(&mut self, at: &S) -> Result<Option<f64>, Error> {
+        self.trial = (self.model)(at);
+        let (r, jacobian) = &self.trial;
+        if r.len() != jacobian.nrows() {
+            return Err(Error::Size { what: "Jacobian (rows)", expected: r.len(), got: jacobian.nrows() });
+        }
+        let finite = r.iter().chain(jacobian.iter()).all(|v| v.is_finite());
+        Ok(finite.then(|| r.norm_squared()))
     }
-    let finite = r.iter().chain(jacobian.iter()).all(|v| v.is_finite());
-    if finite { Ok(()) } else { Err(Error::NotFinite { what: "the model at the start" }) }
+
+    fn linearize(&mut self, _: &S) -> Result<(), Error> {
+        std::mem::swap(&mut self.kept, &mut self.trial);
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(DVector<f64>, f64)>, Error> {
+        Ok(damped_step(&self.kept.1, &self.kept.0, damping))
+    }
+
+    fn moved(&self, at: &S, step: &DVector<f64>) -> Option<S> {
+        Some((self.retract)(at, step))
+    }
 }
 
 /// The damped step and by how much it lowers the linear model; nothing when it cannot be computed.

@@ -4,6 +4,7 @@ pub mod block_matrix;
 pub mod chi_square;
 pub mod error;
 pub mod least_squares;
+pub mod levenberg_marquardt;
 pub mod loss;
 mod selected_inverse;
 pub mod sparse;

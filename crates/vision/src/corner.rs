@@ -17,7 +17,9 @@
 
 use crate::image::Gray;
 use crate::special::edge;
+use groma_estimation::levenberg_marquardt::{Minimum, Normal, Options, Problem, minimize};
 use nalgebra::{SMatrix, SVector, Vector2};
+use std::convert::Infallible;
 
 /// Least radius of the disc [pixel]: below, the unknowns outnumber what a blurred edge tells.
 pub const LEAST_RADIUS: f64 = 2.5;
@@ -33,7 +35,10 @@ const FARTHEST_MOVE: f64 = 0.5;
 const LEAST_SINE: f64 = 0.3;
 /// Variance that rounding adds to a grey value.
 const ROUNDING: f64 = 1.0 / 12.0;
-const MOST_STEPS: usize = 30;
+/// Bounds of ln s.
+const LOG_SPREAD: (f64, f64) = (-1.5, 2.0);
+/// The end is a step that promises less than this share of the squared error: a few thousandths of a standard deviation.
+const OPTIONS: Options = Options { max_iterations: 30, tolerance: 1e-7 };
 const UNKNOWNS: usize = 9;
 
 type Unknowns = SVector<f64, UNKNOWNS>;
@@ -76,10 +81,11 @@ pub fn refine(image: &Gray<'_>, guess: &Guess) -> Option<Corner> {
         return None;
     }
     let samples = disc(image, &guess.pixel, radius)?;
-    let mut unknowns = start(guess, &samples)?;
-    let (information, error) = descend(&samples, &mut unknowns)?;
-    let variance = error / (samples.len() - UNKNOWNS) as f64 + ROUNDING;
-    let covariance = information.try_inverse()? * variance;
+    let mut fit = CornerFit { samples: &samples, trial: Normal::zeros(), at: Normal::zeros() };
+    let Ok(end) = minimize(&mut fit, start(guess, &samples)?, &OPTIONS);
+    let Minimum { state: unknowns, cost, .. } = end?;
+    let variance = cost / (samples.len() - UNKNOWNS) as f64 + ROUNDING;
+    let covariance = fit.at.information.try_inverse()? * variance;
     let sigma = (0.5 * (covariance[(0, 0)] + covariance[(1, 1)])).sqrt().max(LEAST_SIGMA);
     let (moved, blur) = (Vector2::new(unknowns[0], unknowns[1]), unknowns[4].exp());
     let crosses = (unknowns[2] - unknowns[3]).sin().abs() > LEAST_SINE;
@@ -141,42 +147,43 @@ fn model(unknowns: &Unknowns, offset: &Vector2<f64>) -> (f64, Unknowns) {
     (unknowns[5] + b * edge_u + c * edge_v + d * edge_u * edge_v, Unknowns::from(derivatives))
 }
 
-type Normal = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
-
-/// Normal equations and squared error.
-fn normal_equations(samples: &[Sample], unknowns: &Unknowns) -> (Normal, Unknowns, f64) {
-    let (mut information, mut gradient, mut error) = (Normal::zeros(), Unknowns::zeros(), 0.0);
-    for sample in samples {
-        let (value, by) = model(unknowns, &sample.offset);
-        let residual = sample.grey - value;
-        information.ger(1.0, &by, &by, 1.0);
-        gradient.axpy(residual, &by, 1.0);
-        error += residual * residual;
-    }
-    (information, gradient, error)
+/// The unknowns as a problem: their normal equations come with their cost.
+struct CornerFit<'a> {
+    samples: &'a [Sample],
+    trial: Normal<UNKNOWNS>,
+    at: Normal<UNKNOWNS>,
 }
 
-/// Levenberg-Marquardt: moves the unknowns to the least error; returns information and error there.
-fn descend(samples: &[Sample], unknowns: &mut Unknowns) -> Option<(Normal, f64)> {
-    let (mut information, mut gradient, mut error) = normal_equations(samples, unknowns);
-    let mut damping = 1e-3;
-    for _ in 0..MOST_STEPS {
-        let damped = information + Normal::from_diagonal(&(information.diagonal() * damping));
-        let step = damped.cholesky()?.solve(&gradient);
-        let mut moved = *unknowns + step;
-        moved[4] = moved[4].clamp(-1.5, 2.0);
-        let next = normal_equations(samples, &moved);
-        if next.2 <= error {
-            let done = step.fixed_rows::<2>(0).norm() < 1e-4 && error - next.2 <= 1e-6 * error;
-            *unknowns = moved;
-            (information, gradient, error) = next;
-            damping = (0.1 * damping).max(1e-9);
-            if done {
-                break;
-            }
-        } else {
-            damping *= 10.0;
+impl Problem for CornerFit<'_> {
+    type State = Unknowns;
+    type Step = Unknowns;
+    type Error = Infallible;
+
+    fn cost(&mut self, unknowns: &Unknowns) -> Result<Option<f64>, Infallible> {
+        let (mut error, mut sums) = (0.0, Normal::<UNKNOWNS>::zeros());
+        for sample in self.samples {
+            let (value, by) = model(unknowns, &sample.offset);
+            let residual = value - sample.grey;
+            sums.information.ger(1.0, &by, &by, 1.0);
+            sums.gradient.axpy(residual, &by, 1.0);
+            error += residual * residual;
         }
+        self.trial = sums;
+        Ok(error.is_finite().then_some(error))
     }
-    Some((information, error))
+
+    fn linearize(&mut self, _: &Unknowns) -> Result<(), Infallible> {
+        self.at = self.trial;
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(Unknowns, f64)>, Infallible> {
+        Ok(self.at.step(damping))
+    }
+
+    fn moved(&self, unknowns: &Unknowns, step: &Unknowns) -> Option<Unknowns> {
+        let mut moved = unknowns + step;
+        moved[4] = moved[4].clamp(LOG_SPREAD.0, LOG_SPREAD.1);
+        Some(moved)
+    }
 }

@@ -1,4 +1,4 @@
-//! Joint refinement of a camera and all panel poses: `minimise sum |r|^2` by Levenberg-Marquardt, poses eliminated.
+//! Joint refinement of a camera and all panel poses: `minimise sum |r|^2` by Levenberg-Marquardt, the poses eliminated.
 //!
 //! With the blocks of view j, `W_j = J_T^T J_T`, `V_j = J_theta^T J_T`, `A = sum J_theta^T J_theta`:
 //!
@@ -12,13 +12,13 @@
 
 use super::normal::{Block, MAX, block, squared_error};
 use super::view::View;
+use groma_estimation::levenberg_marquardt::{Minimum, Options, Problem, minimize};
 use groma_geometry::{LieGroup, Se3};
 use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
+use std::convert::Infallible;
 
-const FIRST_DAMPING: f64 = 1e-4;
-const LAST_DAMPING: f64 = 1e10;
-/// The end is reached when a step lowers the squared error by less than this share.
+/// The end is reached when a step promises to lower the squared error by less than this share.
 const TOLERANCE: f64 = 1e-9;
 
 /// A camera and the poses of the panels, one a view.
@@ -44,31 +44,46 @@ pub(super) fn adjust(
     most_steps: usize,
     token: &Token,
 ) -> Option<Adjusted> {
-    let mut at = Adjusted { error: total_error(&start, views)?, state: start, converged: false };
-    let mut damping = FIRST_DAMPING;
-    for _ in 0..most_steps {
-        if token.is_cancelled() {
-            break;
-        }
-        let blocks = blocks(&at.state, views)?;
-        let next = loop {
-            let next = step(&at.state, &blocks, free, damping)
-                .and_then(|state| Some((total_error(&state, views)?, state)))
-                .filter(|next| next.0 <= at.error);
-            match next {
-                Some(next) => break next,
-                None if damping > LAST_DAMPING => return Some(Adjusted { converged: true, ..at }),
-                None => damping *= 10.0,
-            }
-        };
-        let small = at.error - next.0 <= TOLERANCE * at.error + 1e-18;
-        at = Adjusted { error: next.0, state: next.1, converged: small && damping <= 1.0 };
-        damping = (0.1 * damping).max(1e-12);
-        if at.converged {
-            break;
-        }
+    let blocks = Vec::new();
+    let options = Options { max_iterations: most_steps, tolerance: TOLERANCE };
+    let Ok(end) = minimize(&mut Adjustment { views, free, token, blocks }, start, &options);
+    end.map(|Minimum { state, cost, converged, .. }| Adjusted { state, error: cost, converged })
+}
+
+/// Camera and poses as a problem: the step of the parameters, and of the poses.
+struct Adjustment<'a> {
+    views: &'a [View],
+    free: &'a [bool],
+    token: &'a Token,
+    blocks: Vec<Block>,
+}
+
+type Step = (SVector<f64, MAX>, Vec<Vector6<f64>>);
+
+impl Problem for Adjustment<'_> {
+    type State = State;
+    type Step = Step;
+    type Error = Infallible;
+
+    fn cost(&mut self, at: &State) -> Result<Option<f64>, Infallible> {
+        Ok(total_error(at, self.views))
     }
-    Some(at)
+
+    fn linearize(&mut self, at: &State) -> Result<(), Infallible> {
+        self.blocks = blocks(at, self.views).unwrap_or_default();
+        Ok(())
+    }
+
+    /// None once the work is cancelled: it ends where it is.
+    fn step(&mut self, damping: f64) -> Result<Option<(Step, f64)>, Infallible> {
+        Ok(if self.token.is_cancelled() { None } else { step(&self.blocks, self.free, damping) })
+    }
+
+    fn moved(&self, at: &State, (by, poses): &Step) -> Option<State> {
+        let parameters = at.camera.parameters().iter().zip(by.iter()).map(|(p, d)| p + d).collect();
+        let camera = at.camera.with_parameters(parameters).ok()?;
+        Some(State { camera, poses: at.poses.iter().zip(poses).map(|(pose, d)| pose.plus(d)).collect() })
+    }
 }
 
 /// The blocks of all views.
@@ -85,7 +100,8 @@ pub(super) fn reduced(block: &Block) -> Option<SMatrix<f64, MAX, MAX>> {
     Some(block.camera - block.cross * block.pose.cholesky()?.solve(&block.cross.transpose()))
 }
 
-fn step(state: &State, blocks: &[Block], free: &[bool], damping: f64) -> Option<State> {
+/// The damped step with the poses eliminated, and its promise.
+fn step(blocks: &[Block], free: &[bool], damping: f64) -> Option<(Step, f64)> {
     let (mut information, mut gradient) = (SMatrix::<f64, MAX, MAX>::zeros(), SVector::<f64, MAX>::zeros());
     let mut inverses = Vec::with_capacity(blocks.len());
     for block in blocks {
@@ -94,16 +110,20 @@ fn step(state: &State, blocks: &[Block], free: &[bool], damping: f64) -> Option<
         gradient += block.camera_gradient - block.cross * inverse * block.pose_gradient;
         inverses.push(inverse);
     }
-    let diagonal = blocks.iter().map(|b| b.camera.diagonal()).sum::<SVector<f64, MAX>>();
-    information += SMatrix::from_diagonal(&(diagonal * damping));
-    let by = solve_free(&information, &gradient, free)?;
-    let moved = state.camera.parameters().iter().zip(by.iter()).map(|(p, d)| p - d).collect();
-    let camera = state.camera.with_parameters(moved).ok()?;
-    let pose = |(pose, (block, inverse)): (&Se3, (&Block, &Matrix6<f64>))| {
-        let d: Vector6<f64> = inverse * (block.cross.transpose() * by - block.pose_gradient);
-        pose.plus(&d)
+    let diagonal = blocks.iter().map(|b| b.camera.diagonal()).sum::<SVector<f64, MAX>>() * damping;
+    information += SMatrix::from_diagonal(&diagonal);
+    let by = -solve_free(&information, &gradient, free)?;
+    let pose = |(block, inverse): (&Block, &Matrix6<f64>)| -> Vector6<f64> {
+        -inverse * (block.cross.transpose() * by + block.pose_gradient)
     };
-    Some(State { camera, poses: state.poses.iter().zip(blocks.iter().zip(&inverses)).map(pose).collect() })
+    let poses: Vec<Vector6<f64>> = blocks.iter().zip(&inverses).map(pose).collect();
+    let of_camera =
+        diagonal.component_mul(&by).dot(&by) - blocks.iter().map(|b| b.camera_gradient.dot(&by)).sum::<f64>();
+    let of_pose = |(block, d): (&Block, &Vector6<f64>)| {
+        (block.pose.diagonal().component_mul(d) * damping - block.pose_gradient).dot(d)
+    };
+    let promise = of_camera + blocks.iter().zip(&poses).map(of_pose).sum::<f64>();
+    Some(((by, poses), promise))
 }
 
 fn damped(information: &Matrix6<f64>, damping: f64) -> Matrix6<f64> {

@@ -81,6 +81,8 @@ struct Work {
     places: Vec<usize>,
     views: Vec<View>,
     state: State,
+    /// Whether the last refinement reached its end.
+    converged: bool,
 }
 
 /// Calibrates a camera whose images have this size.
@@ -112,6 +114,7 @@ pub fn calibrate(
     let variance = knowledge.blocks.iter().map(|b| b.error).sum::<f64>() / dof as f64;
     let covariance = &knowledge.covariance * variance;
     certain(&work.state.camera, &covariance, options.focal_tolerance)?;
+    work.converged.then_some(()).ok_or(not_settled(options))?;
     let honesty = honesty(&work.state, &work.views, options.splits, options.seed, token);
     token.check()?;
     let results = results(&work, views, &knowledge, (variance, options.rejection));
@@ -136,7 +139,7 @@ fn begin(frame: Frame, given: &[View], token: &Token) -> Result<Work, Refusal> {
     let camera = first_camera(frame, &views, token);
     token.check()?;
     let camera = camera.ok_or(Refusal::NoStart)?;
-    let mut work = Work { places: vec![], views: vec![], state: State { camera, poses: vec![] } };
+    let mut work = Work { places: vec![], views: vec![], state: State { camera, poses: vec![] }, converged: false };
     for (place, view) in usable.into_iter().zip(views) {
         token.check()?;
         let Some(poses) = both_poses(&work.state.camera, &view.corners) else { continue };
@@ -156,6 +159,7 @@ fn settle(work: &mut Work, token: &Token) -> Result<(), Refusal> {
         let found = adjust(work.state.clone(), &work.views, &free, STEPS, token).ok_or(Refusal::NotSettled { lens })?;
         token.check()?;
         work.state = found.state;
+        work.converged = found.converged;
         if !turn_over(work) {
             return Ok(());
         }
@@ -191,6 +195,7 @@ fn taken(all: &Work, most: usize, token: &Token) -> Option<Work> {
         places: chosen.iter().map(|&k| all.places[k]).collect(),
         views: chosen.iter().map(|&k| all.views[k].clone()).collect(),
         state: State { camera: all.state.camera.clone(), poses: chosen.iter().map(|&k| all.state.poses[k]).collect() },
+        converged: all.converged,
     })
 }
 

@@ -19,11 +19,13 @@
 //! PAMI 28 (2006) 2024.
 
 use super::homography::homography;
-use super::normal::{Block, block, squared_error};
+use super::normal::{block, squared_error};
 use super::view::Sighting;
+use groma_estimation::levenberg_marquardt::{Normal, Options, Problem, minimize};
 use groma_geometry::{LieGroup, Se3, So3};
 use groma_models::Camera;
-use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, UnitQuaternion, Vector2, Vector3, Vector6};
+use std::convert::Infallible;
 
 /// Ratio of squared errors from which the better of two poses is believed.
 pub const DECIDED: f64 = 2.0;
@@ -120,24 +122,38 @@ pub(super) fn mirrored(pose: &Se3, corners: &[Sighting]) -> Se3 {
 
 /// The pose of least squared error near a start, and that error.
 pub(super) fn refined(camera: &Camera, start: Se3, corners: &[Sighting]) -> Option<(Se3, f64)> {
-    let (mut pose, mut error) = (start, squared_error(camera, &start, corners)?);
-    let mut damping = 1e-4;
-    for _ in 0..MOST_STEPS {
-        let Block { pose: information, pose_gradient, .. } = block(camera, &pose, corners)?;
-        let damped = information + Matrix6::from_diagonal(&(information.diagonal() * damping));
-        let step = -damped.cholesky()?.solve(&pose_gradient);
-        let moved = pose.plus(&step);
-        match squared_error(camera, &moved, corners).filter(|e| *e <= error) {
-            Some(less) => {
-                let done = error - less <= 1e-12 * error + 1e-20;
-                (pose, error, damping) = (moved, less, 0.1 * damping);
-                if done {
-                    break;
-                }
-            }
-            None if damping > 1e8 => break,
-            None => damping *= 10.0,
-        }
+    let options = Options { max_iterations: MOST_STEPS, ..Options::default() };
+    let Ok(end) = minimize(&mut PoseFit { camera, corners, normal: Normal::zeros() }, start, &options);
+    end.map(|end| (end.state, end.cost))
+}
+
+/// The pose of a panel as a problem of six unknowns.
+struct PoseFit<'a> {
+    camera: &'a Camera,
+    corners: &'a [Sighting],
+    normal: Normal<6>,
+}
+
+impl Problem for PoseFit<'_> {
+    type State = Se3;
+    type Step = Vector6<f64>;
+    type Error = Infallible;
+
+    fn cost(&mut self, pose: &Se3) -> Result<Option<f64>, Infallible> {
+        Ok(squared_error(self.camera, pose, self.corners))
     }
-    Some((pose, error))
+
+    fn linearize(&mut self, pose: &Se3) -> Result<(), Infallible> {
+        let at = block(self.camera, pose, self.corners);
+        self.normal = at.map_or_else(Normal::zeros, |b| Normal { information: b.pose, gradient: b.pose_gradient });
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(Vector6<f64>, f64)>, Infallible> {
+        Ok(self.normal.step(damping))
+    }
+
+    fn moved(&self, pose: &Se3, step: &Vector6<f64>) -> Option<Se3> {
+        Some(pose.plus(step))
+    }
 }

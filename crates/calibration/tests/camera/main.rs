@@ -151,6 +151,16 @@ fn halves_disagree_when_the_lens_bends_otherwise() {
 }
 
 #[test]
+fn a_lens_that_cannot_bend_as_the_images_do_is_refused_where_the_refinement_creeps_on() {
+    let refused = |seed| {
+        let mut scene = Scene::new(Lens::Equidistant, 0.05, seed);
+        let views = scene.views(10, 0.6, 0.8);
+        matches!(quick(Lens::PlumbBob, &views), Err(Refusal::NotSettled { .. }))
+    };
+    assert!([902, 905].into_iter().any(refused));
+}
+
+#[test]
 fn of_many_views_those_that_tell_most_are_taken() {
     let mut scene = Scene::new(Lens::Radtan, 0.3, 9);
     let views = scene.views(40, 0.5, 1.5);

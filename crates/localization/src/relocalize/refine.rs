@@ -7,7 +7,8 @@
 //! minimise sum r^T W r,   r = m - T q,   W = (R C R^T + Sigma_m + s^2 I)^-1,   covariance = (sum J^T W J)^-1,   J = R [ I | q^perp ]
 //! ```
 //!
-//! where s is what the odometry of the view adds.
+//! where s is what the odometry of the view adds. Not by `estimation::levenberg_marquardt`: the pairs change with every one of
+//! the four rounds, so there is no one cost by which a step could be refused.
 
 use super::{Located, RelocalizeOptions, Seen};
 use crate::map::StaticMap;

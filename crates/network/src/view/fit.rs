@@ -10,19 +10,20 @@
 
 use super::Corner;
 use groma_estimation::Loss;
+use groma_estimation::levenberg_marquardt::{self, Minimum, Options, Problem, minimize};
 use groma_geometry::{LieGroup, Se3};
 use groma_models::Camera;
 use groma_models::camera::MAX_PARAMETERS;
 use nalgebra::{DMatrix, Matrix3x6, Matrix6, SMatrix, Vector3, Vector6};
+use std::convert::Infallible;
 
 /// Corners further off than this, in standard deviations, weigh less.
 const LOSS: Loss = Loss::Huber(3.0);
 /// Most calibration states of a camera.
 const MOST: usize = 6;
 const ITERATIONS: usize = 50;
-/// A step that promises less than this is the last [chi-square].
+/// A step that promises less than this share is the last.
 const ENOUGH: f64 = 1e-9;
-const FIRST_DAMPING: f64 = 1e-4;
 
 /// A pose and what is known of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,26 +114,49 @@ pub fn by_twist(pose: &Se3, point: &Vector3<f64>) -> Matrix3x6<f64> {
 #[must_use]
 pub fn fit(camera: &Camera, basis: &DMatrix<f64>, corners: &[Corner], start: &Se3) -> Option<Fit> {
     let none = DMatrix::zeros(basis.nrows(), 0);
-    let mut pose = *start;
-    let mut at = normal(camera, &none, corners, &pose)?;
-    let mut damping = FIRST_DAMPING;
-    for _ in 0..ITERATIONS {
-        let damped = at.pose + Matrix6::from_diagonal(&(at.pose.diagonal() * damping));
-        let step = -damped.cholesky()?.solve(&at.gradient);
-        let moved = pose.plus(&step);
-        let promise = -step.dot(&at.gradient);
-        match normal(camera, &none, corners, &moved).filter(|next| next.cost <= at.cost) {
-            Some(next) => (pose, at, damping) = (moved, next, damping / 10.0),
-            None if promise < ENOUGH => break,
-            None => damping *= 10.0,
-        }
-        if promise < ENOUGH {
-            break;
-        }
-    }
+    let mut problem = PoseFit { camera, corners, none, trial: None, at: levenberg_marquardt::Normal::zeros() };
+    let options = Options { max_iterations: ITERATIONS, tolerance: ENOUGH };
+    let Ok(end) = minimize(&mut problem, *start, &options);
+    let Minimum { state: pose, .. } = end?;
     let at = normal(camera, basis, corners, &pose)?;
     let covariance = at.pose.cholesky()?.inverse();
     let sensitivity = covariance * at.coupling;
     let sensitivity = DMatrix::from_fn(6, basis.ncols(), |i, j| sensitivity[(i, j)]);
     Some(Fit { pose, covariance, sensitivity, cost: at.cost, corners: corners.len() })
+}
+
+/// The pose as a problem of six unknowns: its normal equations come with its cost.
+struct PoseFit<'a> {
+    camera: &'a Camera,
+    corners: &'a [Corner],
+    /// No calibration state.
+    none: DMatrix<f64>,
+    trial: Option<Normal>,
+    at: levenberg_marquardt::Normal<6>,
+}
+
+impl Problem for PoseFit<'_> {
+    type State = Se3;
+    type Step = Vector6<f64>;
+    type Error = Infallible;
+
+    fn cost(&mut self, pose: &Se3) -> Result<Option<f64>, Infallible> {
+        self.trial = normal(self.camera, &self.none, self.corners, pose);
+        Ok(self.trial.as_ref().map(|normal| normal.cost))
+    }
+
+    fn linearize(&mut self, _: &Se3) -> Result<(), Infallible> {
+        if let Some(Normal { pose, gradient, .. }) = self.trial.take() {
+            self.at = levenberg_marquardt::Normal { information: pose, gradient };
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(Vector6<f64>, f64)>, Infallible> {
+        Ok(self.at.step(damping))
+    }
+
+    fn moved(&self, pose: &Se3, step: &Vector6<f64>) -> Option<Se3> {
+        Some(pose.plus(step))
+    }
 }
