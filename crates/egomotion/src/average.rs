@@ -3,6 +3,7 @@
 //! Of the readings of a beam the mean of those near the median is taken, if at least half are echoes: a beam that grazes an
 //! edge or meets a passer-by keeps to what it mostly saw. The noise of n readings falls with their root.
 
+use groma_estimation::robust;
 use groma_models::LaserScan;
 
 /// Distance from the median within which readings are of the same surface [m].
@@ -22,8 +23,7 @@ pub fn averaged(scans: &[LaserScan]) -> Option<LaserScan> {
 }
 
 fn middle(readings: &mut [f64]) -> f64 {
-    let at = readings.len() / 2;
-    let median = *readings.select_nth_unstable_by(at, f64::total_cmp).1;
+    let Some(median) = robust::median(readings) else { return f64::INFINITY };
     let near = readings.iter().filter(|r| (**r - median).abs() < SAME_SURFACE);
     let (sum, count) = near.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
     sum / count

@@ -25,6 +25,7 @@
 
 use crate::contour::Contour;
 use crate::point_to_line::NORMAL_AGREEMENT;
+use groma_estimation::robust;
 use groma_geometry::Se2;
 use nalgebra::{Matrix3, Vector2, Vector3};
 use std::collections::BTreeMap;
@@ -126,15 +127,9 @@ fn relative_sq(residual: f64, scale: f64) -> f64 {
     (residual / (CAUCHY * scale)).powi(2)
 }
 
-/// 1.48 times the median absolute residual, within the bounds.
+/// The robust spread of the residuals, within the bounds.
 fn spread(pairs: &[Pair]) -> f64 {
-    let mut sizes: Vec<f64> = pairs.iter().map(|pair| pair.residual.abs()).collect();
-    if sizes.is_empty() {
-        return SCALE.1;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    (1.4826 * *median).clamp(SCALE.0, SCALE.1)
+    robust::spread(pairs.iter().map(|pair| pair.residual)).map_or(SCALE.1, |spread| spread.clamp(SCALE.0, SCALE.1))
 }
 
 fn summary(pairs: &[Pair], points: usize, pose: Se2, converged: bool) -> Mutual {

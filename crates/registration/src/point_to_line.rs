@@ -24,6 +24,7 @@
 //! Source: A. Censi, "An ICP variant using a point-to-line metric", ICRA 2008, for the metric.
 
 use crate::surface_scan::SurfaceScan;
+use groma_estimation::robust;
 use groma_geometry::Se2;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
@@ -170,15 +171,9 @@ fn loss(residual: f64) -> f64 {
     0.5 * CAUCHY * CAUCHY * (residual / (CAUCHY * COMPARED)).powi(2).ln_1p()
 }
 
-/// 1.48 times the median absolute residual, within the bounds.
+/// The robust spread of the residuals, within the bounds.
 fn spread(matches: &[Match]) -> f64 {
-    if matches.is_empty() {
-        return SCALE.1;
-    }
-    let mut absolute: Vec<f64> = matches.iter().map(|m| m.residual.abs()).collect();
-    let middle = absolute.len() / 2;
-    let (_, median, _) = absolute.select_nth_unstable_by(middle, f64::total_cmp);
-    (1.4826 * *median).clamp(SCALE.0, SCALE.1)
+    robust::spread(matches.iter().map(|m| m.residual)).map_or(SCALE.1, |spread| spread.clamp(SCALE.0, SCALE.1))
 }
 
 /// The Gauss-Newton step; directions that neither readings nor prior hold do not move.

@@ -14,6 +14,7 @@ use crate::complete::complete;
 use crate::corner::{Corner, Guess, refine};
 use crate::error::VisionError;
 use crate::image::Gray;
+use groma_estimation::robust;
 use groma_models::target::TagGrid;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -101,7 +102,7 @@ pub fn find_grid(image: &Gray<'_>, tags: &[Tag], grid: &TagGrid, options: &Optio
         }
     }
     found.corners.sort_by_key(|corner| corner.id);
-    found.blur = median(&mut blurs);
+    found.blur = robust::median(&mut blurs).unwrap_or(0.0);
     if found.blur > options.most_blur {
         found.blurred = found.corners.len() / 4;
         found.corners.clear();
@@ -170,9 +171,4 @@ fn joined(detected: Option<Vector2<f64>>, corner: Option<Corner>) -> Option<(Vec
         return Some(alone(corner));
     }
     Some(((lines * b + corner.pixel * a) / (a + b), (a * b / (a + b)).sqrt()))
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

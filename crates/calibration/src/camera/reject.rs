@@ -6,6 +6,7 @@
 
 use super::adjust::State;
 use super::view::{Sighting, View};
+use groma_estimation::robust;
 use groma_geometry::LieGroup;
 
 /// Least corners of a view.
@@ -21,9 +22,9 @@ pub(super) fn misfit(state: &State, view: usize, corner: &Sighting) -> f64 {
 pub(super) fn limit(state: &State, views: &[View], rejection: f64) -> f64 {
     let mut lengths: Vec<f64> =
         views.iter().enumerate().flat_map(|(k, view)| view.corners.iter().map(move |c| misfit(state, k, c))).collect();
-    let middle = median(&mut lengths);
+    let middle = robust::median(&mut lengths).unwrap_or(0.0);
     let mut deviations: Vec<f64> = lengths.iter().map(|l| (l - middle).abs()).collect();
-    middle + rejection * median(&mut deviations)
+    middle + rejection * robust::median(&mut deviations).unwrap_or(0.0)
 }
 
 /// The corners of the views that keep the limit; nothing for a view that has too few left.
@@ -33,9 +34,4 @@ pub(super) fn kept(state: &State, views: &[View], limit: f64) -> Vec<Option<View
         (corners.len() >= LEAST_CORNERS).then_some(View { image: view.image, corners })
     };
     views.iter().enumerate().map(keep).collect()
-}
-
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
