@@ -4,6 +4,7 @@
 #![allow(missing_docs)]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use groma_estimation::random::SplitMix64;
 use groma_features::bsc::Bsc;
 use groma_features::cgh::Cgh;
 use groma_features::glarot::{self, Index, Signature};
@@ -14,18 +15,6 @@ use std::hint::black_box;
 
 const MAPS: usize = 10_000;
 
-/// SplitMix64, as a number in [0, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
-
 fn geometry(beams: usize, field_deg: f64) -> BeamGeometry {
     let field = field_deg.to_radians();
     let (angle_min, angle_increment) = (-0.5 * field, field / (beams - 1) as f64);
@@ -34,14 +23,14 @@ fn geometry(beams: usize, field_deg: f64) -> BeamGeometry {
 
 /// A hall of 10 x 4 m with pillars along its walls, from another place for every seed.
 fn scan(geometry: &BeamGeometry, beams: usize, seed: u64) -> Vec<f64> {
-    let (mut random, shift) = (Random(seed), 0.01 * seed as f64);
+    let (mut random, shift) = (SplitMix64::new(seed), 0.01 * seed as f64);
     let mut reading = |i: usize| {
         let (sin, cos) = geometry.bearing(i).sin_cos();
         let (wall, side) = ((5.0 - shift) / cos.abs(), (2.0 + shift) / sin.abs());
         let range = wall.min(side);
         let along = if wall < side { range * sin } else { range * cos } + shift;
         let pillar = if along.rem_euclid(1.0) < 0.3 { 0.3 } else { 0.0 };
-        range - pillar + 0.02 * random.next() - 0.01
+        range - pillar + 0.02 * random.uniform() - 0.01
     };
     (0..beams).map(&mut reading).collect()
 }
@@ -87,14 +76,15 @@ fn descriptors(c: &mut Criterion) {
 }
 
 fn landmarks(seed: u64) -> Vec<Vector2<f64>> {
-    let mut random = Random(seed);
-    (0..30).map(|_| Vector2::new(20.0 * random.next(), 20.0 * random.next())).collect()
+    let mut random = SplitMix64::new(seed);
+    (0..30).map(|_| Vector2::new(20.0 * random.uniform(), 20.0 * random.uniform())).collect()
 }
 
 /// The same place, turned by 0.7 rad, less than all of it.
 fn seen_again(place: u64) -> Vec<Vector2<f64>> {
-    let mut random = Random(place + 77);
-    let mut noisy = |p: Vector2<f64>| Rotation2::new(0.7) * (p + Vector2::new(random.next(), random.next()) * 0.1);
+    let mut random = SplitMix64::new(place + 77);
+    let mut noisy =
+        |p: Vector2<f64>| Rotation2::new(0.7) * (p + Vector2::new(random.uniform(), random.uniform()) * 0.1);
     landmarks(place).into_iter().take(26).map(&mut noisy).collect()
 }
 

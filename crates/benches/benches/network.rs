@@ -4,6 +4,7 @@
 
 #![allow(clippy::disallowed_methods, clippy::print_stdout, clippy::unwrap_used)]
 
+use groma_estimation::random::SplitMix64;
 use groma_geometry::{LieGroup, Se2, Se3};
 use groma_models::{Camera, Lens as Model};
 use groma_network::batch::{Batch, BatchView, Lens, State};
@@ -19,28 +20,15 @@ const ROW: usize = 40;
 const SPACING: f64 = 5.0;
 const SIGMA: f64 = 0.3;
 
-struct Draw(u64);
-
-impl Draw {
-    /// Nearly normal: the sum of twelve uniform numbers.
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn off(&mut self, metres: f64, radians: f64) -> Se3 {
-        Se3::exp(&Vector6::from_fn(|k, _| if k < 3 { metres } else { radians } * self.normal()))
-    }
+/// A pose a little off.
+fn off(draw: &mut SplitMix64, metres: f64, radians: f64) -> Se3 {
+    Se3::exp(&Vector6::from_fn(|k, _| if k < 3 { metres } else { radians } * draw.normal()))
 }
 
 fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse().ok());
     let (cameras, each) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(20));
-    let mut draw = Draw(1);
+    let mut draw = SplitMix64::new(1);
     let (batch, start, truth) = problem(cameras, each, &mut draw);
     let begin = Instant::now();
     let solution = batch.solve(start, &groma_models::Token::new()).unwrap();
@@ -77,7 +65,7 @@ fn level(x: f64, y: f64, yaw: f64) -> Se3 {
     Se3 { translation: Vector3::new(x, y, 0.0), ..turn }
 }
 
-fn problem(cameras: usize, each: usize, draw: &mut Draw) -> (Batch, State, Vec<Se3>) {
+fn problem(cameras: usize, each: usize, draw: &mut SplitMix64) -> (Batch, State, Vec<Se3>) {
     let noise = OdometryNoise::default();
     let floor = Floor::default();
     let camera = Camera::centred(640, 480, Model::Pinhole, 600.0).unwrap();
@@ -120,8 +108,8 @@ fn problem(cameras: usize, each: usize, draw: &mut Draw) -> (Batch, State, Vec<S
         }
     }
     let start = State {
-        stops: stops.iter().map(|pose| *pose * draw.off(0.01, 0.003)).collect(),
-        places: truth.iter().map(|pose| *pose * draw.off(0.02, 0.003)).collect(),
+        stops: stops.iter().map(|pose| *pose * off(draw, 0.01, 0.003)).collect(),
+        places: truth.iter().map(|pose| *pose * off(draw, 0.02, 0.003)).collect(),
         calibrations: vec![DVector::zeros(1); cameras],
         mount: Se3::identity(),
     };
@@ -150,7 +138,7 @@ fn order(cameras: usize, pass: usize) -> Vec<usize> {
 }
 
 /// Odometry from one stop to the next: its noise, in one step.
-fn motion(from: (f64, f64, f64), to: (f64, f64, f64), noise: &OdometryNoise, draw: &mut Draw) -> Motion {
+fn motion(from: (f64, f64, f64), to: (f64, f64, f64), noise: &OdometryNoise, draw: &mut SplitMix64) -> Motion {
     let step = Se2::new(from.0, from.1, from.2).between(&Se2::new(to.0, to.1, to.2));
     let sigmas = noise.variances(&step).map(f64::sqrt);
     let w = Vector3::new(sigmas[0] * draw.normal(), sigmas[1] * draw.normal(), sigmas[2] * draw.normal());
@@ -158,7 +146,7 @@ fn motion(from: (f64, f64, f64), to: (f64, f64, f64), noise: &OdometryNoise, dra
 }
 
 /// The corners of a grid of 12 x 12, 0.6 m wide, 0.9 m high on the robot, looking back.
-fn seen(camera: &Camera, t_w_c: &Se3, robot: &Se3, draw: &mut Draw) -> Vec<Corner> {
+fn seen(camera: &Camera, t_w_c: &Se3, robot: &Se3, draw: &mut SplitMix64) -> Vec<Corner> {
     let side = (CORNERS as f64).sqrt() as usize;
     let pose = t_w_c.between(robot);
     let corner = |k: usize| {

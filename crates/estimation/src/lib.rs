@@ -6,6 +6,7 @@ pub mod error;
 pub mod least_squares;
 pub mod levenberg_marquardt;
 pub mod loss;
+pub mod random;
 pub mod robust;
 mod selected_inverse;
 pub mod sparse;

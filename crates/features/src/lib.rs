@@ -20,9 +20,6 @@ mod options;
 pub mod reflector;
 mod rigid_fit;
 mod surroundings;
-#[cfg(test)]
-#[path = "../tests/noise/mod.rs"]
-mod test_noise;
 
 pub use keypoint::Keypoint;
 pub use options::{InvalidOption, require};

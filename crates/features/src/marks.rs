@@ -115,7 +115,7 @@ fn surroundings(keypoint: &Keypoint, geometry: &BeamGeometry, hits: &[Vector2<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_noise::Gaussian;
+    use groma_estimation::random::SplitMix64;
 
     /// Walls at right angles with tape on them, seen by a scanner of any field.
     fn scan(beams: usize, field: f64, start: f64, seed: u64) -> LaserScan {
@@ -126,10 +126,10 @@ mod tests {
             range_min: 0.05,
             range_max: 30.0,
         };
-        let mut draw = Gaussian::new(seed);
+        let mut draw = SplitMix64::new(seed);
         let reading = |i: usize| {
             let fold = ((geometry.bearing(i) + 0.01 * seed as f64).rem_euclid(0.4) - 0.2).abs();
-            if i % 101 == 7 { f64::NAN } else { 2.0 + 2.0 * fold + 0.01 * draw.draw() }
+            if i % 101 == 7 { f64::NAN } else { 2.0 + 2.0 * fold + 0.01 * draw.normal() }
         };
         let ranges: Vec<f64> = (0..beams).map(reading).collect();
         let intensities = (0..beams).map(|i| if i % 90 < 6 { 2000.0 } else { 100.0 + (i % 7) as f64 }).collect();

@@ -111,10 +111,10 @@ mod tests {
     fn covariance_covers() {
         let b: Vec<_> = (0..12).map(|i| Vector2::new(f64::from(i * i % 7), f64::from(i % 5) + 4.0)).collect();
         let (truth, sigma) = (Se2::new(1.0, -2.0, 0.7), 0.05);
-        let mut noise = crate::test_noise::Gaussian::new(7);
+        let mut noise = groma_estimation::random::SplitMix64::new(7);
         let nees = (0..4000).map(|_| {
             let pairs: Vec<_> =
-                b.iter().map(|&p| (truth.act(p) + Vector2::new(noise.draw(), noise.draw()) * sigma, p)).collect();
+                b.iter().map(|&p| (truth.act(p) + Vector2::new(noise.normal(), noise.normal()) * sigma, p)).collect();
             // The noise is known, and not below the draw's own scatter: take out the maximum by a large floor.
             let fit = rigid_fit(&pairs, 1.0).unwrap();
             let error: Vector3<f64> = fit.transform.minus(&truth);

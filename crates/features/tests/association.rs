@@ -1,11 +1,9 @@
 //! What holds for every way to associate.
 
-mod noise;
-
+use groma_estimation::random::SplitMix64;
 use groma_features::association::{Found, Hypothesis, Method, Options, associate, associate_by};
 use groma_geometry::Se2;
 use nalgebra::Vector2;
-use noise::Gaussian;
 use proptest::prelude::*;
 
 type Points = Vec<Vector2<f64>>;
@@ -26,12 +24,12 @@ fn methods(truth: &Se2) -> Vec<Method> {
 
 /// `shared` points seen from two places, after `only` others in a and before `only` others in b.
 fn maps(seed: u64, shared: usize, only: usize, noise: f64) -> (Points, Points, Se2) {
-    let mut draw = Gaussian::new(seed);
+    let mut draw = SplitMix64::new(seed);
     let mut points =
         |n: usize| -> Points { (0..n).map(|_| Vector2::new(20.0 * draw.uniform(), 20.0 * draw.uniform())).collect() };
     let (common, of_a, of_b) = (points(shared), points(only), points(only));
     let truth = Se2::new(20.0 * draw.uniform() - 10.0, 10.0 * draw.uniform(), 6.3 * draw.uniform());
-    let mut noisy = |p: &Vector2<f64>| p + Vector2::new(draw.draw(), draw.draw()) * noise;
+    let mut noisy = |p: &Vector2<f64>| p + Vector2::new(draw.normal(), draw.normal()) * noise;
     let a = of_a.iter().chain(&common).map(&mut noisy).collect();
     let b = common.iter().chain(&of_b).map(|p| truth.inverse().act(noisy(p))).collect();
     (a, b, truth)

@@ -7,8 +7,7 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-mod noise;
-use noise::Gaussian;
+use groma_estimation::random::SplitMix64;
 
 fn geometry(angle_min: f64, angle_increment: f64) -> BeamGeometry {
     BeamGeometry { angle_min, angle_increment, time_increment: 0.0, range_min: 0.1, range_max: 20.0 }
@@ -172,7 +171,7 @@ fn finds_the_corner_at_the_seam() {
 #[test]
 fn many_scans_at_once_equal_one_by_one() {
     let geometry = geometry(-1.0, 0.01);
-    let mut draw = Gaussian::new(3);
+    let mut draw = SplitMix64::new(3);
     let mut scan = |n: usize| (0..n).map(|_| 1.0 + 0.3 * draw.uniform()).collect::<Vec<_>>();
     let scans: Vec<Vec<f64>> = (0..40).map(|k| scan(if k % 7 == 0 { 100 } else { 200 })).collect();
     let slices: Vec<&[f64]> = scans.iter().map(Vec::as_slice).collect();
@@ -187,7 +186,7 @@ fn many_scans_at_once_equal_one_by_one() {
 fn covariance_covers() {
     for (step, sigma) in [(0.005, 0.005), (0.005, 0.01), (0.005, 0.03), (0.0175, 0.005), (0.0175, 0.01), (0.0175, 0.03)]
     {
-        let mut draw = Gaussian::new(11);
+        let mut draw = SplitMix64::new(11);
         let errors: Vec<f64> = (0..3000).filter_map(|_| corner_error(step, sigma, &mut draw)).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let outside = errors.iter().filter(|e| **e > 5.99).count() as f64 / errors.len() as f64;
@@ -197,7 +196,7 @@ fn covariance_covers() {
 }
 
 /// The error of the keypoint nearest to a random corner.
-fn corner_error(step: f64, sigma: f64, draw: &mut Gaussian) -> Option<f64> {
+fn corner_error(step: f64, sigma: f64, draw: &mut SplitMix64) -> Option<f64> {
     let (distance, bearing) = (1.0 + 4.0 * draw.uniform(), draw.uniform() - 0.5);
     let corner = Vector2::new(bearing.cos(), bearing.sin()) * distance;
     let (inside, facing) = (1.2 + 1.2 * draw.uniform(), bearing + PI + 0.6 * (draw.uniform() - 0.5));
@@ -205,7 +204,7 @@ fn corner_error(step: f64, sigma: f64, draw: &mut Gaussian) -> Option<f64> {
     let walls = [wall(facing - 0.5 * inside), wall(facing + 0.5 * inside)];
     let geometry = geometry(-1.2, step);
     let ranges: Vec<f64> =
-        (0..(2.4 / step) as usize).map(|i| cast(&walls, geometry.bearing(i)) + sigma * draw.draw()).collect();
+        (0..(2.4 / step) as usize).map(|i| cast(&walls, geometry.bearing(i)) + sigma * draw.normal()).collect();
     let options = Options { range_noise: sigma, ..Options::default() };
     let found = detect(geometry, &ranges, options);
     let nearest = found.iter().min_by(|s, t| (s.point - corner).norm().total_cmp(&(t.point - corner).norm()))?;

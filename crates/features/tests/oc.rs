@@ -1,12 +1,10 @@
 //! Orthogonal corners in rooms whose corners are known.
 
-mod noise;
-
+use groma_estimation::random::SplitMix64;
 use groma_features::Keypoint;
 use groma_features::oc::{Detector, Options, detect_all};
 use groma_models::BeamGeometry;
 use nalgebra::{Rotation2, Vector2};
-use noise::Gaussian;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -29,11 +27,11 @@ fn corners() -> [Vector2<f64>; 4] {
 
 /// A scan from the origin of the room turned by `turn`, from bearing `angle_min` on, with noise.
 fn room(angle_min: f64, turn: f64, sigma: f64, seed: u64) -> Vec<f64> {
-    let mut draw = Gaussian::new(seed);
+    let mut draw = SplitMix64::new(seed);
     let mut reading = |i: usize| {
         let (sin, cos) = (angle_min + i as f64 * STEP - turn).sin_cos();
         let (ahead, aside) = (if cos > 0.0 { 4.0 } else { -3.0 } / cos, if sin > 0.0 { 3.0 } else { -2.0 } / sin);
-        ahead.min(aside) + sigma * draw.draw()
+        ahead.min(aside) + sigma * draw.normal()
     };
     (0..720).map(&mut reading).collect()
 }

@@ -5,8 +5,7 @@ use groma_models::BeamGeometry;
 use nalgebra::Vector2;
 use std::f64::consts::{PI, TAU};
 
-mod noise;
-use noise::Gaussian;
+use groma_estimation::random::SplitMix64;
 
 const SIGMA: f64 = 0.012;
 
@@ -69,25 +68,25 @@ struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    fn scan(&self, noise: &mut Gaussian) -> (Vec<f64>, Vec<f64>) {
+    fn scan(&self, noise: &mut SplitMix64) -> (Vec<f64>, Vec<f64>) {
         (0..beams(&self.geometry)).map(|i| self.reading(self.geometry.bearing(i), noise)).unzip()
     }
 
-    fn reading(&self, bearing: f64, noise: &mut Gaussian) -> (f64, f64) {
+    fn reading(&self, bearing: f64, noise: &mut SplitMix64) -> (f64, f64) {
         let beam = Vector2::new(bearing.cos(), bearing.sin());
         let mark = self.marks.iter().filter_map(|m| meet(m, beam)).min_by(|a, b| a.0.total_cmp(&b.0));
         // Walls are painted in strips of 2 m of unequal brightness.
         let wall = hall(beam);
         let paint = 0.2 + 0.15 * f64::from(((beam.x + beam.y) * wall.0 / 2.0).floor() as i32 % 5).abs();
         let ((range, cos), reflectivity) = mark.map_or((wall, paint), |m| (m, 30.0));
-        let light = reflectivity * cos * (0.1 * noise.draw()).exp();
+        let light = reflectivity * cos * (0.1 * noise.normal()).exp();
         let fallen = light / (1.0 + (range / 5.0_f64).powi(2));
         let intensity = match self.scaling {
             Scaling::Raw => 1000.0 * fallen,
             Scaling::Compensated => 100.0 * light,
             Scaling::Compressed => (100.0 * fallen.sqrt()).min(255.0).round(),
         };
-        (range + SIGMA * noise.draw(), intensity)
+        (range + SIGMA * noise.normal(), intensity)
     }
 }
 
@@ -100,7 +99,7 @@ fn place(angle: f64, range: f64) -> Vector2<f64> {
 }
 
 /// A mark somewhere in view.
-fn random_mark(noise: &mut Gaussian, post: bool, within: f64) -> (Mark, Vector2<f64>) {
+fn random_mark(noise: &mut SplitMix64, post: bool, within: f64) -> (Mark, Vector2<f64>) {
     let (angle, range) = (4.4 * (noise.uniform() - 0.5), 1.0 + (within - 1.0) * noise.uniform());
     let middle = place(angle, range);
     let facing = angle + PI / 2.0 + 1.6 * (noise.uniform() - 0.5);
@@ -121,7 +120,7 @@ struct Tally {
 }
 
 fn tally(post: bool, scaling: Scaling, step_deg: f64, runs: usize) -> Tally {
-    let mut noise = Gaussian::new(7 + step_deg.to_bits());
+    let mut noise = SplitMix64::new(7 + step_deg.to_bits());
     let (mut seen, mut bias, mut nees, mut others) = (0.0, 0.0, 0.0, 0.0);
     for _ in 0..runs {
         let (mark, middle) = random_mark(&mut noise, post, 6.5);
@@ -167,7 +166,7 @@ fn centres_are_where_they_are_said_to_be() {
 fn without_noise_a_flat_mark_is_placed_to_a_beam() {
     let mark = Mark::Flat(place(0.3, 3.0), 0.3 + PI / 2.0 + 0.5, 0.4);
     let scene = Scene { marks: &[mark], scaling: Scaling::Compensated, geometry: geometry(0.1) };
-    let (ranges, intensities) = scene.scan(&mut Gaussian::new(1));
+    let (ranges, intensities) = scene.scan(&mut SplitMix64::new(1));
     let found = detect(&ranges, &intensities, &scene.geometry, &options());
     assert_eq!(found.len(), 1);
     assert!((found[0].point - place(0.3, 3.0)).norm() < 0.008);
@@ -178,7 +177,7 @@ fn without_noise_a_flat_mark_is_placed_to_a_beam() {
 fn turning_and_mirroring_the_scanner_moves_the_marks_along() {
     let marks = [Mark::Flat(place(0.3, 3.0), 2.0, 0.4), Mark::Post(place(-1.0, 2.0))];
     let scene = Scene { marks: &marks, scaling: Scaling::Raw, geometry: geometry(0.25) };
-    let (ranges, intensities) = scene.scan(&mut Gaussian::new(3));
+    let (ranges, intensities) = scene.scan(&mut SplitMix64::new(3));
     let before = detect(&ranges, &intensities, &scene.geometry, &options());
     let turned = BeamGeometry { angle_min: scene.geometry.angle_min + 1.0, ..scene.geometry };
     let after = detect(&ranges, &intensities, &turned, &options());
@@ -201,7 +200,7 @@ fn a_mark_across_the_seam_of_a_closed_scan_is_whole() {
     let closed = BeamGeometry { angle_min: 0.0, angle_increment: TAU / 1440.0, ..geometry(0.25) };
     let scene =
         Scene { marks: &[Mark::Flat(place(0.01, 3.0), PI / 2.0, 0.4)], scaling: Scaling::Raw, geometry: closed };
-    let mut noise = Gaussian::new(5);
+    let mut noise = SplitMix64::new(5);
     let (ranges, intensities): (Vec<f64>, Vec<f64>) =
         (0..1440).map(|i| scene.reading(closed.bearing(i), &mut noise)).unzip();
     let found = detect(&ranges, &intensities, &closed, &options());
@@ -213,7 +212,7 @@ fn a_mark_across_the_seam_of_a_closed_scan_is_whole() {
 fn a_mark_that_is_partly_hidden_or_leaves_the_scan_is_none() {
     let mark = Mark::Flat(place(0.0, 4.0), PI / 2.0, 0.5);
     let scene = Scene { marks: &[mark], scaling: Scaling::Raw, geometry: geometry(0.25) };
-    let (mut ranges, mut intensities) = scene.scan(&mut Gaussian::new(2));
+    let (mut ranges, mut intensities) = scene.scan(&mut SplitMix64::new(2));
     for i in 0..beams(&scene.geometry) {
         if (0.0..0.2).contains(&scene.geometry.bearing(i)) {
             (ranges[i], intensities[i]) = (2.0, 100.0);
@@ -222,7 +221,7 @@ fn a_mark_that_is_partly_hidden_or_leaves_the_scan_is_none() {
     let is_found = |found: &[Reflector]| nearest(found, place(0.0, 4.0)).is_some();
     assert!(!is_found(&detect(&ranges, &intensities, &scene.geometry, &options())));
     let cut = beams(&scene.geometry) / 2;
-    let (ranges, intensities) = scene.scan(&mut Gaussian::new(2));
+    let (ranges, intensities) = scene.scan(&mut SplitMix64::new(2));
     assert!(is_found(&detect(&ranges, &intensities, &scene.geometry, &options())));
     assert!(!is_found(&detect(&ranges[..cut], &intensities[..cut], &scene.geometry, &options())));
 }
@@ -230,7 +229,7 @@ fn a_mark_that_is_partly_hidden_or_leaves_the_scan_is_none() {
 #[test]
 fn scans_without_usable_intensities_have_no_reflectors() {
     let scene = Scene { marks: &[Mark::Post(place(0.0, 3.0))], scaling: Scaling::Raw, geometry: geometry(0.5) };
-    let (ranges, intensities) = scene.scan(&mut Gaussian::new(2));
+    let (ranges, intensities) = scene.scan(&mut SplitMix64::new(2));
     let n = ranges.len();
     let detect = |ranges: &[f64], intensities: &[f64]| detect(ranges, intensities, &scene.geometry, &options()).len();
     assert_eq!(detect(&ranges, &[]), 0);

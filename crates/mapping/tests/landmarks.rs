@@ -2,17 +2,15 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../features/tests/noise/mod.rs"]
-mod noise;
 mod room;
 
+use groma_estimation::random::SplitMix64;
 use groma_features::Keypoint;
 use groma_geometry::{Se2, wrap};
 use groma_mapping::keyframe::Keyframe;
 use groma_mapping::landmarks;
 use groma_models::{Landmark, LandmarkMap, Token};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use noise::Gaussian;
 use room::{Disc, HALF, keyframe, scan};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -164,21 +162,21 @@ struct Errors {
 
 /// Share of runs within the 95 % ellipse, and the mean squared Mahalanobis distance, over runs with 8 sights each.
 fn coverage(errors: &Errors, runs: usize) -> (f64, f64) {
-    let mut g = Gaussian::new(11);
+    let mut g = SplitMix64::new(11);
     let truth = poses(8);
     let mut keyframes = see(&truth, &[], |_| vec![]);
     let (mut inside, mut sum) = (0, 0.0);
     for _ in 0..runs {
-        let eta = errors.common.map(|sigma| sigma * g.draw());
-        let bias = Vector2::new(g.draw(), g.draw()) * 0.005;
+        let eta = errors.common.map(|sigma| sigma * g.normal());
+        let bias = Vector2::new(g.normal(), g.normal()) * 0.005;
         let mut placed = Vec::new();
         let mut covariances = Vec::new();
         for (k, pose) in keyframes.iter_mut().zip(&truth) {
-            let noise = Vector2::new(0.02 * g.draw(), 0.008 * g.draw());
+            let noise = Vector2::new(0.02 * g.normal(), 0.008 * g.normal());
             let mut seen = sight(pose, CORNER, Matrix2::from_diagonal(&Vector2::new(4e-4, 6.4e-5)));
             seen.point += pose.rotation.inverse().act(bias) + noise;
             k.corners = vec![seen];
-            let shift = Vector2::new(g.draw(), g.draw()) * errors.scatter;
+            let shift = Vector2::new(g.normal(), g.normal()) * errors.scatter;
             let moved = Se2 { translation: pose.translation + shift, rotation: pose.rotation };
             placed.push(Se2::exp(eta) * moved);
             let ad = pose.inverse().adjoint();

@@ -2,16 +2,14 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../features/tests/noise/mod.rs"]
-mod noise;
 mod room;
 
+use groma_estimation::random::SplitMix64;
 use groma_geometry::Se2;
 use groma_mapping::keyframe::Keyframe;
 use groma_mapping::occupancy;
 use groma_models::{Cell, Grid, Token};
 use nalgebra::Vector2;
-use noise::Gaussian;
 use room::{Disc, HALF, keyframe, scan};
 
 const CELL: f64 = 0.05;
@@ -22,11 +20,11 @@ fn occupancy(keyframes: &[Keyframe], poses: &[Se2], cell: f64) -> Grid {
 
 /// A drive along the room, and what it saw with a range noise of `sigma`; `discs` stand there during the first scan only.
 fn drive(sigma: f64, discs: &[Disc]) -> (Vec<Keyframe>, Vec<Se2>) {
-    let mut gaussian = Gaussian::new(7);
+    let mut gaussian = SplitMix64::new(7);
     let poses: Vec<Se2> = (0..9).map(|i| Se2::new(-4.0 + i as f64, 0.3, 0.1 * i as f64)).collect();
     let see = |(i, pose): (usize, &Se2)| {
         let discs = if i == 0 { discs } else { &[] };
-        keyframe(&scan(pose, discs, || sigma * gaussian.draw()), vec![])
+        keyframe(&scan(pose, discs, || sigma * gaussian.normal()), vec![])
     };
     (poses.iter().enumerate().map(see).collect(), poses)
 }
@@ -87,9 +85,9 @@ fn noise_neither_opens_the_walls_nor_thickens_them() {
 fn beams_along_a_wall_do_not_wash_it_out() {
     // All the drive a hand's breadth from the wall: most readings of it are grazing.
     let poses: Vec<Se2> = (0..40).map(|i| Se2::new(-4.0 + 0.2 * f64::from(i), 2.7, 0.0)).collect();
-    let mut gaussian = Gaussian::new(3);
+    let mut gaussian = SplitMix64::new(3);
     let keyframes: Vec<Keyframe> =
-        poses.iter().map(|pose| keyframe(&scan(pose, &[], || 0.01 * gaussian.draw()), vec![])).collect();
+        poses.iter().map(|pose| keyframe(&scan(pose, &[], || 0.01 * gaussian.normal()), vec![])).collect();
     let (least, most) = thickness(&occupancy(&keyframes, &poses, CELL), 0.3);
     assert!(least >= 1 && most <= 3, "walls are {least} to {most} cells thick");
 }

@@ -15,6 +15,7 @@ use super::adjust::{State, adjust};
 use super::information::knowledge;
 use super::uncertainty::ProjectionMap;
 use super::view::View;
+use groma_estimation::random::SplitMix64;
 use groma_models::Token;
 use nalgebra::{DMatrix, DVector};
 
@@ -43,7 +44,7 @@ type Half = (DVector<f64>, DMatrix<f64>);
 pub(super) fn honesty(state: &State, views: &[View], splits: usize, seed: u64, token: &Token) -> Honesty {
     let mut images: Vec<usize> = views.iter().map(|view| view.image).collect();
     images.dedup();
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let pairs: Vec<[Half; 2]> = if images.len() < 2 * LEAST_IMAGES {
         vec![]
     } else {
@@ -57,7 +58,7 @@ fn pair(
     state: &State,
     views: &[View],
     images: &mut [usize],
-    random: &mut SplitMix,
+    random: &mut SplitMix64,
     token: &Token,
 ) -> Option<[Half; 2]> {
     token.check().ok()?;
@@ -99,25 +100,5 @@ fn summary(state: &State, pairs: &[[Half; 2]]) -> Honesty {
         z_rms: z_sq.into_iter().map(f64::sqrt).collect(),
         projection_rms: shift_sq.sqrt(),
         splits: distances.len(),
-    }
-}
-
-/// Steele's SplitMix64: few numbers, the same everywhere.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn shuffle(&mut self, values: &mut [usize]) {
-        for k in (1..values.len()).rev() {
-            let other = (self.next() % (k as u64 + 1)) as usize;
-            values.swap(k, other);
-        }
     }
 }

@@ -2,13 +2,13 @@
 //!
 //! A draw takes a pair of a, uniformly, a pair of b of the same length to the tolerance, uniformly, and either way round;
 //! the motion that puts the one onto the other is kept when enough landmarks of b fall near one of a. The random numbers
-//! are those of SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) from the seed: the same seed gives the same outcome on
-//! every machine. Source: Fischler, Bolles, CACM 24(6), 1981.
+//! are those of the seed, so that it gives the same outcome on every machine. Source: Fischler, Bolles, CACM 24(6), 1981.
 
 use super::method::Problem;
 use super::search::motion;
 use super::segments::{Equal, segments};
 use super::verify::Neighbourhood;
+use groma_estimation::random::SplitMix64;
 use groma_geometry::Se2;
 use std::cmp::Reverse;
 
@@ -20,7 +20,7 @@ pub(super) fn propose<F: Fn(usize, usize) -> bool>(problem: &Problem<F>, seed: u
         return Vec::new();
     }
     let grid = Neighbourhood::new(a, options.tolerance);
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix64::new(seed);
     let mut ranked = Vec::new();
     for _ in 0..draws {
         let a_drawn = of_a[random.below(of_a.len())];
@@ -39,21 +39,4 @@ pub(super) fn propose<F: Fn(usize, usize) -> bool>(problem: &Problem<F>, seed: u
     ranked.retain(|(count, _)| *count >= options.min_pairs);
     ranked.sort_by_key(|(count, _)| Reverse(*count));
     ranked
-}
-
-/// A stream of random numbers.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A whole number below `n`, uniform to 2^-32 for `n` below 2^32.
-    fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
-    }
 }

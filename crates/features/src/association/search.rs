@@ -162,18 +162,18 @@ impl From<Refined> for Hypothesis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_noise::Gaussian;
+    use groma_estimation::random::SplitMix64;
 
     /// A set of `shared + of_a` points seen from two places, `shared + of_b` in the other, with noise.
     fn maps(seed: u64, shared: usize, only: usize, noise: f64) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>, Se2) {
-        let mut draw = Gaussian::new(seed);
+        let mut draw = SplitMix64::new(seed);
         let extent = 30.0;
         let mut point = |_| Vector2::new(extent * draw.uniform(), extent * draw.uniform());
         let common: Vec<_> = (0..shared).map(&mut point).collect();
         let (only_a, only_b): (Vec<_>, Vec<_>) =
             ((0..only).map(&mut point).collect(), (0..only).map(&mut point).collect());
         let truth = Se2::new(40.0 * draw.uniform() - 20.0, 10.0 * draw.uniform(), 6.3 * draw.uniform());
-        let mut noisy = |p: Vector2<f64>| p + Vector2::new(draw.draw(), draw.draw()) * noise;
+        let mut noisy = |p: Vector2<f64>| p + Vector2::new(draw.normal(), draw.normal()) * noise;
         let a = only_a.iter().chain(&common).map(|&p| noisy(p)).collect();
         let b = common.iter().chain(&only_b).map(|&p| truth.inverse().act(noisy(p))).collect();
         (a, b, truth)

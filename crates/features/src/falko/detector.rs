@@ -190,15 +190,15 @@ impl Workspace {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_noise::Gaussian;
+    use groma_estimation::random::SplitMix64;
     use pulp::Arch;
 
     /// A zigzag of walls at right angles, with noise and gaps, in centimetres: many corners, many ties.
     fn scan(beams: usize, step: f64, seed: u64) -> Vec<f64> {
-        let mut draw = Gaussian::new(seed);
+        let mut draw = SplitMix64::new(seed);
         let reading = |i: usize| {
             let fold = ((i as f64 * step + 0.01 * seed as f64).rem_euclid(0.4) - 0.2).abs();
-            let range = 2.0 + 2.0 * fold + 0.01 * draw.draw();
+            let range = 2.0 + 2.0 * fold + 0.01 * draw.normal();
             if i % 101 == 7 { f64::NAN } else { (range * 100.0).round() / 100.0 }
         };
         (0..beams).map(reading).collect()

@@ -225,7 +225,7 @@ impl WithSimd for Score<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_noise::Gaussian;
+    use groma_estimation::random::SplitMix64;
 
     #[test]
     fn every_instruction_set_finds_the_same_to_the_last_bit() {
@@ -236,7 +236,7 @@ mod tests {
             range_min: 0.05,
             range_max: 30.0,
         };
-        let (mut draw, mut found, mut expected) = (Gaussian::new(8), Vec::new(), Vec::new());
+        let (mut draw, mut found, mut expected) = (SplitMix64::new(8), Vec::new(), Vec::new());
         let mut fast = Detector::new(geometry, 600, Options::default());
         let mut plain = Detector { arch: Arch::Scalar, ..fast.clone() };
         for k in 0..40 {
@@ -245,7 +245,7 @@ mod tests {
                 let (sin, cos) = (geometry.bearing(i) + 0.04 * f64::from(k)).sin_cos();
                 let range = (4.0 / cos.abs()).min(2.5 / sin.abs());
                 let pillar = if (range * (cos + sin)).rem_euclid(1.5) < 0.5 { 0.3 } else { 0.0 };
-                if i % 97 == 3 { f64::NAN } else { range - pillar + 0.01 * draw.draw() }
+                if i % 97 == 3 { f64::NAN } else { range - pillar + 0.01 * draw.normal() }
             };
             let ranges: Vec<f64> = (0..600).map(&mut reading).collect();
             fast.detect(&ranges, &mut found);

@@ -168,7 +168,7 @@ fn count(row: &mut [u16], bin: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_noise::Gaussian;
+    use groma_estimation::random::SplitMix64;
 
     /// The definition, in f64, of the grid of directions.
     fn by_definition(x: &[f64], y: &[f64], options: &Options) -> Vec<u64> {
@@ -186,8 +186,8 @@ mod tests {
 
     #[test]
     fn equals_the_definition() {
-        let mut draw = Gaussian::new(4);
-        let (x, y): (Vec<f64>, Vec<f64>) = (0..300).map(|_| (12.0 * draw.uniform() - 6.0, 6.0 * draw.draw())).unzip();
+        let mut draw = SplitMix64::new(4);
+        let (x, y): (Vec<f64>, Vec<f64>) = (0..300).map(|_| (12.0 * draw.uniform() - 6.0, 6.0 * draw.normal())).unzip();
         let near: Vec<usize> = (0..300).filter(|&i| f64::hypot(x[i], y[i]) < 9.9).collect();
         let (x, y): (Vec<f64>, Vec<f64>) = near.iter().map(|&i| (x[i], y[i])).unzip();
         let options = Options::default();
@@ -204,10 +204,10 @@ mod tests {
         let options = Options::default();
         for k in 0..40 {
             let truth = 0.0391 * f64::from(k);
-            let mut draw = Gaussian::new(k as u64);
+            let mut draw = SplitMix64::new(k as u64);
             let (sin, cos) = truth.sin_cos();
             let mut wall = |along: f64, u: f64, v: f64| {
-                let (u, v) = if along > 0.5 { (u, v + 0.01 * draw.draw()) } else { (v + 0.01 * draw.draw(), u) };
+                let (u, v) = if along > 0.5 { (u, v + 0.01 * draw.normal()) } else { (v + 0.01 * draw.normal(), u) };
                 (u * cos - v * sin, u * sin + v * cos)
             };
             let (x, y): (Vec<f64>, Vec<f64>) = (0..400)
