@@ -8,7 +8,7 @@
 //! so and the drive holds it: too little driving backward must not make one up.
 
 use super::error::Error;
-use super::groups::{self, Test, chi_square_beyond, f_beyond};
+use super::groups::{self, Test, f_beyond};
 use super::held_out::{HeldOut, held_out};
 use super::motions::{Motion, Motions};
 use super::observability::{Driven, Observability, Weak, observe};
@@ -17,6 +17,7 @@ use super::parameters::{DELAY, Layout, Model, OFFSET_BACKWARD, OFFSET_FORWARD, V
 use super::robust::{Fit, Problem, RESIDUAL};
 use super::sandwich::{Bread, ENOUGH};
 use super::search::search;
+use groma_estimation::chi_square;
 use groma_models::{Drive, Token, WheelKind, WheelLog};
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -355,5 +356,5 @@ fn words_on_asymmetry(asymmetry: &Asymmetry, believed: bool, model: Option<Model
 fn fit_test(problem: &Problem<'_>, judged: &Judged) -> Option<Test> {
     let (statistic, dof) = (judged.chi_square(), judged.dof());
     let stated = problem.motions.covariances.is_some() && dof > 0;
-    stated.then(|| Test { name: "fit", statistic, dof, p_value: chi_square_beyond(statistic, dof) })
+    stated.then(|| Test { name: "fit", statistic, dof, p_value: chi_square::beyond(statistic, dof) })
 }

@@ -16,7 +16,7 @@ use super::motions::{Motion, Segments};
 use super::parameters::{FULL, Layout, Vehicle};
 use super::robust::Fit;
 use nalgebra::{DMatrix, DVector, SMatrix};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// Groups at most.
 const GROUPS: usize = 3;
@@ -39,12 +39,6 @@ pub struct Test {
     pub dof: usize,
     /// Probability of as much if the model holds.
     pub p_value: f64,
-}
-
-/// Probability that a chi-square variable exceeds `x`.
-#[must_use]
-pub fn chi_square_beyond(x: f64, dof: usize) -> f64 {
-    ChiSquared::new(dof as f64).map_or(f64::NAN, |d| d.sf(x.max(0.0)))
 }
 
 /// Probability that an F variable exceeds `f`.
