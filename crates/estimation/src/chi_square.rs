@@ -96,6 +96,14 @@ mod tests {
         }
     }
 
+    /// Near zero the distribution of one degree of freedom is sqrt(2 x / pi). Once this fails, `quantile` can go.
+    #[test]
+    fn the_quantile_of_statrs_is_wrong_in_the_lower_tail_and_ours_is_right() {
+        let x = std::f64::consts::PI / 2.0 * 1e-18;
+        assert!((quantile(1e-9, 1) - x).abs() < 1e-6 * x);
+        assert!(ChiSquared::new(1.0).unwrap().inverse_cdf(1e-9) > 1e6 * x);
+    }
+
     #[test]
     fn two_degrees_of_freedom_are_exponential() {
         for k in 1..200 {

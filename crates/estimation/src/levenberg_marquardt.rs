@@ -17,7 +17,7 @@
 use nalgebra::{SMatrix, SVector};
 
 /// Damping of the first step.
-pub const FIRST_DAMPING: f64 = 1e-4;
+const FIRST_DAMPING: f64 = 1e-4;
 const LEAST_DAMPING: f64 = 1e-12;
 const LAST_DAMPING: f64 = 1e16;
 /// Share by which rounding may raise the cost.

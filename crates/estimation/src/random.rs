@@ -38,7 +38,7 @@ impl SplitMix64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 
-    /// Puts values into a random order (Fisher and Yates).
+    /// Puts values into a random order (Fisher and Yates); each place as likely as the others to n / 2^64.
     pub fn shuffle<T>(&mut self, values: &mut [T]) {
         for k in (1..values.len()).rev() {
             let other = (self.bits() % (k as u64 + 1)) as usize;

@@ -208,24 +208,14 @@ fn odometry_alone(trajectory: &[(f64, Se2)], track: &OdometryTrack, shift: impl 
 mod tests {
     use super::*;
     use crate::options::Options;
+    use crate::test_keyframe::room;
     use crate::verify::Check;
-    use groma_models::{BeamGeometry, LaserScan, Odometry};
+    use groma_models::{LaserScan, Odometry};
     use nalgebra::Vector2;
 
     /// A scan in a room of 26 by 6 m, `x` metres from its western wall.
-    fn room(stamp: f64, x: f64) -> LaserScan {
-        let geometry = BeamGeometry {
-            angle_min: -3.1,
-            angle_increment: 0.02,
-            time_increment: 0.0,
-            range_min: 0.1,
-            range_max: 30.0,
-        };
-        let range = |i: usize| {
-            let (sin, cos) = geometry.bearing(i).sin_cos();
-            (if cos > 0.0 { 26.0 - x } else { -x } / cos).min(if sin > 0.0 { 4.0 } else { -2.0 } / sin)
-        };
-        LaserScan { stamp, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] }
+    fn hall(stamp: f64, x: f64) -> LaserScan {
+        room(stamp, [26.0 - x, x, 4.0, 2.0])
     }
 
     /// Twenty-two metres straight ahead: several local maps.
@@ -234,7 +224,7 @@ mod tests {
         for k in 0..150 {
             let (stamp, x) = (0.3 * f64::from(k), 0.15 * f64::from(k));
             mapper.push_odometry(Odometry { stamp, pose: Se2::new(x, 0.0, 0.0) });
-            mapper.push_scan(&room(stamp, 2.0 + x), &Se2::IDENTITY).unwrap();
+            mapper.push_scan(&hall(stamp, 2.0 + x), &Se2::IDENTITY).unwrap();
         }
         assert!(mapper.closer.maps.len() > 2);
         mapper
@@ -371,7 +361,7 @@ mod tests {
                 if k < readings {
                     mapper.push_odometry(Odometry { stamp, pose: Se2::IDENTITY });
                 }
-                mapper.push_scan(&room(stamp, 3.0), &Se2::IDENTITY).unwrap();
+                mapper.push_scan(&hall(stamp, 3.0), &Se2::IDENTITY).unwrap();
             }
             assert_eq!(mapper.finish(&Token::new()).unwrap().has_odometry, readings == 2);
         }

@@ -23,6 +23,8 @@ pub mod promotion;
 pub mod recognition;
 mod rivals;
 pub mod survey;
+#[cfg(test)]
+mod test_keyframe;
 pub mod tracker;
 pub mod trajectory;
 pub mod uncertainty;

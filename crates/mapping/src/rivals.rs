@@ -103,7 +103,7 @@ pub(crate) fn choose(mut found: Vec<Alignment>) -> Alignment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groma_models::{BeamGeometry, LaserScan};
+    use crate::test_keyframe::{keyframe, room};
     use nalgebra::Vector3;
 
     fn found(pose: Se2, cost: f64) -> Alignment {
@@ -112,32 +112,14 @@ mod tests {
     }
 
     /// A keyframe in a room of 8 by 5 m that looks to the front, or all around.
-    fn keyframe(all_around: bool) -> Keyframe {
-        let geometry = BeamGeometry {
-            angle_min: -3.1,
-            angle_increment: 0.02,
-            time_increment: 0.0,
-            range_min: 0.1,
-            range_max: 30.0,
-        };
-        let range = |i: usize| {
-            let (sin, cos) = geometry.bearing(i).sin_cos();
-            let wall = (if cos > 0.0 { 5.0 } else { -3.0 } / cos).min(if sin > 0.0 { 3.0 } else { -2.0 } / sin);
-            if cos > 0.0 || all_around { wall } else { f64::INFINITY }
-        };
-        let scan = LaserScan { stamp: 0.0, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] };
-        Keyframe {
-            stamp: 0.0,
-            tracked: Se2::IDENTITY,
-            view: PolarView::new(&scan, &Se2::IDENTITY, Vector3::zeros()),
-            corners: vec![],
-            reflectors: vec![],
-            step: Matrix3::zeros(),
-            weakest: (0.0, 0.0),
-            share: 1.0,
-            surprised: false,
-            torn: false,
+    fn looking(all_around: bool) -> Keyframe {
+        let mut scan = room(0.0, [5.0, 3.0, 3.0, 2.0]);
+        for (i, range) in scan.ranges.iter_mut().enumerate() {
+            if scan.geometry.bearing(i).cos() <= 0.0 && !all_around {
+                *range = f64::INFINITY;
+            }
         }
+        keyframe(&scan)
     }
 
     /// Poses and costs after weighing against one keyframe.
@@ -165,7 +147,7 @@ mod tests {
     #[test]
     fn who_stands_where_walls_were_seen_through_pays_and_who_cannot_win_is_dropped() {
         let at = |x: f64, cost: f64| found(Se2::new(x, 0.0, 0.0), cost);
-        let room = keyframe(true);
+        let room = looking(true);
         let [first, second] = &weighed(&room, room.clone(), &[at(1.0, 2.9), at(0.0, 3.0), at(0.1, 50.0)])[..] else {
             panic!("two that may win")
         };
@@ -174,7 +156,7 @@ mod tests {
 
     #[test]
     fn two_views_contradict_each_other_whichever_is_asked() {
-        let (front, room) = (keyframe(false), keyframe(true));
+        let (front, room) = (looking(false), looking(true));
         let pose = Se2::new(0.7, -0.3, 0.2);
         let forth = weighed(&front, room.clone(), &[found(pose, 0.0)])[0].1;
         let back = weighed(&room, front, &[found(pose.inverse(), 0.0)])[0].1;
@@ -183,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_start_is_looked_for_as_far_as_the_prior_is_unsure_around_every_center() {
-        let view = keyframe(true).view;
+        let view = looking(true).view;
         let mut surfaces = SurfaceMap::default();
         surfaces.insert(&view.scan, &Se2::IDENTITY);
         let is_found = |centers: &[Se2], sigma: f64| {

@@ -97,27 +97,11 @@ fn reason(k: &Keyframe) -> Option<Reason> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use groma_models::{BeamGeometry, LaserScan};
-    use groma_registration::PolarView;
-    use nalgebra::{Matrix3, Vector3};
+    use crate::test_keyframe::{keyframe, room};
 
     /// A keyframe that is held well.
     fn held(stamp: f64) -> Keyframe {
-        let geometry =
-            BeamGeometry { angle_min: 0.0, angle_increment: 0.1, time_increment: 0.0, range_min: 0.1, range_max: 9.0 };
-        let scan = LaserScan { stamp, geometry, ranges: vec![2.0; 9], intensities: vec![] };
-        Keyframe {
-            stamp,
-            tracked: Se2::IDENTITY,
-            view: PolarView::new(&scan, &Se2::IDENTITY, Vector3::zeros()),
-            corners: vec![],
-            reflectors: vec![],
-            step: Matrix3::zeros(),
-            weakest: (0.02, 0.3),
-            share: 0.9,
-            surprised: false,
-            torn: false,
-        }
+        Keyframe { weakest: (0.02, 0.3), share: 0.9, ..keyframe(&room(stamp, [2.0; 4])) }
     }
 
     fn slides(stamp: f64, sigma: f64) -> Keyframe {

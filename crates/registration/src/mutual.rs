@@ -18,8 +18,7 @@
 //! (cluster-robust; Liang and Zeger, Biometrika 73, 1986, with the usual factor for m cells). So no noise of the scanner
 //! has to be known, and what is not noise counts as well. A direction without walls across it is told as `open`.
 //!
-//! Not by `estimation::levenberg_marquardt`: pairs, radius and scale change with every step, as in `point_to_line`. On a log
-//! of a TurtleBot3 182 of these take 9 steps each and 96 % come to rest.
+//! Not by `estimation::levenberg_marquardt`: pairs, radius and scale change with every step, as in `point_to_line`.
 //!
 //! Needs a start within a decimetre or so, and static surroundings.
 

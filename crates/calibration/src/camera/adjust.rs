@@ -1,4 +1,4 @@
-//! Joint refinement of a camera and all panel poses: `minimise sum |r|^2` by Levenberg-Marquardt, the poses eliminated.
+//! Joint refinement of a camera and all panel poses: `minimise sum |r|^2` by Levenberg-Marquardt, poses eliminated.
 //!
 //! With the blocks of view j, `W_j = J_T^T J_T`, `V_j = J_theta^T J_T`, `A = sum J_theta^T J_theta`:
 //!
@@ -14,11 +14,10 @@ use super::normal::{Block, MAX, block, squared_error};
 use super::view::View;
 use groma_estimation::levenberg_marquardt::{Minimum, Options, Problem, minimize};
 use groma_geometry::{LieGroup, Se3};
-use groma_models::{Camera, Token};
+use groma_models::{Camera, Cancelled, Token};
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
-use std::convert::Infallible;
 
-/// The end is reached when a step promises to lower the squared error by less than this share.
+/// The end is reached when a step promises to lower the squared error e by less than this share of `1 + e`.
 const TOLERANCE: f64 = 1e-9;
 
 /// A camera and the poses of the panels, one a view.
@@ -36,7 +35,7 @@ pub(super) struct Adjusted {
     pub converged: bool,
 }
 
-/// Refines a state; nothing when it does not see its own corners. Of cancelled work, where it was.
+/// Refines a state; nothing when it does not see its own corners, or the work is cancelled.
 pub(super) fn adjust(
     start: State,
     views: &[View],
@@ -46,7 +45,7 @@ pub(super) fn adjust(
 ) -> Option<Adjusted> {
     let blocks = Vec::new();
     let options = Options { max_iterations: most_steps, tolerance: TOLERANCE };
-    let Ok(end) = minimize(&mut Adjustment { views, free, token, blocks }, start, &options);
+    let end = minimize(&mut Adjustment { views, free, token, blocks }, start, &options).ok()?;
     end.map(|Minimum { state, cost, converged, .. }| Adjusted { state, error: cost, converged })
 }
 
@@ -63,20 +62,20 @@ type Step = (SVector<f64, MAX>, Vec<Vector6<f64>>);
 impl Problem for Adjustment<'_> {
     type State = State;
     type Step = Step;
-    type Error = Infallible;
+    type Error = Cancelled;
 
-    fn cost(&mut self, at: &State) -> Result<Option<f64>, Infallible> {
+    fn cost(&mut self, at: &State) -> Result<Option<f64>, Cancelled> {
         Ok(total_error(at, self.views))
     }
 
-    fn linearize(&mut self, at: &State) -> Result<(), Infallible> {
+    fn linearize(&mut self, at: &State) -> Result<(), Cancelled> {
         self.blocks = blocks(at, self.views).unwrap_or_default();
         Ok(())
     }
 
-    /// None once the work is cancelled: it ends where it is.
-    fn step(&mut self, damping: f64) -> Result<Option<(Step, f64)>, Infallible> {
-        Ok(if self.token.is_cancelled() { None } else { step(&self.blocks, self.free, damping) })
+    fn step(&mut self, damping: f64) -> Result<Option<(Step, f64)>, Cancelled> {
+        self.token.check()?;
+        Ok(step(&self.blocks, self.free, damping))
     }
 
     fn moved(&self, at: &State, (by, poses): &Step) -> Option<State> {

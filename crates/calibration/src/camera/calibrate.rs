@@ -81,8 +81,6 @@ struct Work {
     places: Vec<usize>,
     views: Vec<View>,
     state: State,
-    /// Whether the last refinement reached its end.
-    converged: bool,
 }
 
 /// Calibrates a camera whose images have this size.
@@ -103,10 +101,11 @@ pub fn calibrate(
     let work = taken(&all, options.most_views, token);
     token.check()?;
     let mut work = work.ok_or(not_settled(options))?;
+    let mut converged = false;
     for _ in 0..ROUNDS {
         clean(&mut work, views, options.rejection);
         enough(work.views.len())?;
-        settle(&mut work, token)?;
+        converged = settle(&mut work, token)?;
     }
     turned(&work)?;
     let knowledge = held(&work)?;
@@ -114,7 +113,9 @@ pub fn calibrate(
     let variance = knowledge.blocks.iter().map(|b| b.error).sum::<f64>() / dof as f64;
     let covariance = &knowledge.covariance * variance;
     certain(&work.state.camera, &covariance, options.focal_tolerance)?;
-    work.converged.then_some(()).ok_or(not_settled(options))?;
+    if !converged {
+        return Err(not_settled(options));
+    }
     let honesty = honesty(&work.state, &work.views, options.splits, options.seed, token);
     token.check()?;
     let results = results(&work, views, &knowledge, (variance, options.rejection));
@@ -139,7 +140,7 @@ fn begin(frame: Frame, given: &[View], token: &Token) -> Result<Work, Refusal> {
     let camera = first_camera(frame, &views, token);
     token.check()?;
     let camera = camera.ok_or(Refusal::NoStart)?;
-    let mut work = Work { places: vec![], views: vec![], state: State { camera, poses: vec![] }, converged: false };
+    let mut work = Work { places: vec![], views: vec![], state: State { camera, poses: vec![] } };
     for (place, view) in usable.into_iter().zip(views) {
         token.check()?;
         let Some(poses) = both_poses(&work.state.camera, &view.corners) else { continue };
@@ -151,20 +152,21 @@ fn begin(frame: Frame, given: &[View], token: &Token) -> Result<Work, Refusal> {
     Ok(work)
 }
 
-/// Refines all, and again while a mirrored pose is better.
-fn settle(work: &mut Work, token: &Token) -> Result<(), Refusal> {
+/// Refines all, and again while a mirrored pose is better; whether the last refinement reached its end.
+fn settle(work: &mut Work, token: &Token) -> Result<bool, Refusal> {
     let lens = work.state.camera.lens().name();
     let free = vec![true; work.state.camera.count()];
+    let mut converged = false;
     for _ in 0..ROUNDS {
-        let found = adjust(work.state.clone(), &work.views, &free, STEPS, token).ok_or(Refusal::NotSettled { lens })?;
+        let found = adjust(work.state.clone(), &work.views, &free, STEPS, token);
         token.check()?;
-        work.state = found.state;
-        work.converged = found.converged;
+        let found = found.ok_or(Refusal::NotSettled { lens })?;
+        (work.state, converged) = (found.state, found.converged);
         if !turn_over(work) {
-            return Ok(());
+            break;
         }
     }
-    Ok(())
+    Ok(converged)
 }
 
 /// Replaces poses whose mirrored one explains the corners better; whether there were any.
@@ -195,7 +197,6 @@ fn taken(all: &Work, most: usize, token: &Token) -> Option<Work> {
         places: chosen.iter().map(|&k| all.places[k]).collect(),
         views: chosen.iter().map(|&k| all.views[k].clone()).collect(),
         state: State { camera: all.state.camera.clone(), poses: chosen.iter().map(|&k| all.state.poses[k]).collect() },
-        converged: all.converged,
     })
 }
 

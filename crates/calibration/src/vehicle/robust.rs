@@ -12,8 +12,7 @@
 //! residual has beyond what the one before tells of it, and S its covariance. The divisor `sum(w)`, which is the number
 //! of residuals in the end, makes this a few turns (Kent, Tyler, Vardi, Comm. Statist. Simul. 23 (1994)).
 //! Not by `estimation::levenberg_marquardt`: weights, scale and covariances are of another problem after every step, so
-//! costs do not compare from turn to turn; within a turn a step is halved until the weighted squares do not rise, which
-//! none of the 99 turns of a calibration from a TurtleBot3 asked for.
+//! costs do not compare from turn to turn; within a turn a step is halved until the weighted squares do not rise.
 //! Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", JASA 84 (1989).
 
 use super::Error;

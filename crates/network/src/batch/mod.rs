@@ -15,9 +15,9 @@
 //!
 //! Solved by Levenberg-Marquardt on the normal equations in blocks of six, by sparse Cholesky: robot poses form a chain,
 //! each camera touches the stops that saw it. Not by `estimation::levenberg_marquardt`: slacks are eliminated by one linear
-//! step, so that the gradient is not quite that of the cost; for a survey from images the whole step promised 0.02 of a
-//! chi-square of 2061 where no step lowered it, and the loop of `estimation` would rightly claim no end. The covariance is that of the last normal equations. Needs a start near
-//! the solution: the filter's. Does not look for outliers among views: the filter's gates do.
+//! step, so that the gradient is not quite that of the cost and no step may lower the cost where the whole step still
+//! promises to. This loop takes that for its end. The covariance is that of the last normal equations. Needs a start near the
+//! solution: the filter's. Does not look for outliers among views: the filter's gates do.
 
 mod covariance;
 mod system;
