@@ -55,6 +55,7 @@ lint: build ## every lint is an error
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/python scripts/words.py
 
 fmt: $(VENV)/.tools ## format everything
 	cargo fmt --all
