@@ -1,7 +1,7 @@
 # The one list of what can be done here; CI and people call the same targets.
 SHELL := /bin/bash
 .DEFAULT_GOAL := help
-.PHONY: help setup build demo test test-slow test-portable lint fmt bench docs clean
+.PHONY: help setup build demo test test-slow test-portable lint deny fmt bench docs
 
 PYTHON ?= python3
 VENV := .venv
@@ -56,6 +56,10 @@ lint: build ## every lint is an error
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python scripts/words.py
+
+deny: ## licences, advisories and sources of the Rust dependencies (deny.toml; needs cargo-deny)
+	@cargo deny --version >/dev/null 2>&1 || { echo "make deny needs cargo-deny: cargo install cargo-deny --locked"; exit 1; }
+	cargo deny --workspace check
 
 fmt: $(VENV)/.tools ## format everything
 	cargo fmt --all
