@@ -11,12 +11,12 @@ from time import perf_counter
 
 import numpy as np
 
-from groma.camera_calibration import calibrate_camera
-from groma.detection import Detection
+from groma.cameras.calibration import calibrate_camera
+from groma.cameras.vision import detect, detect_tags
 from groma.io.images import read_images
 from groma.io.notes import Notes
-from groma.target import Charuco, Chessboard, Panel, Pattern, TagGrid, Target
-from groma.vision import detect, detect_tags
+from groma.nouns.detection import Detection
+from groma.nouns.target import Charuco, Chessboard, Panel, Pattern, TagGrid, Target
 
 GRIDS = {"iphone": 36, "two_boards": 36}
 """Frames whose grid is wider than six tags."""

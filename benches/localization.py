@@ -20,21 +20,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.association import rigid_fit
-from groma.evaluation.se2 import relative
-from groma.io.drive import open_drive, open_vehicle_drive
+from groma.features.association import rigid_fit
 from groma.io.recording import open_recording, write_recording
 from groma.io.reflector_list import SIGMA, surveyed
 from groma.io.trajectory import Trajectory
-from groma.localization import LocalizerOptions
-from groma.localization_simulation import PATHS, Day, DriveName, calibrated_vehicle, drive_scenario, standing_reflectors
-from groma.localize import Request, localize_drive
-from groma.localized import Chart, Localized
-from groma.mapper import map_drive
-from groma.mapping import Landmarks, chosen, joined, no_landmarks
-from groma.simulation import Simulated, simulate
-from groma.survey import survey as survey_at
-from groma.vehicle import Vehicle
+from groma.localization.drive import Request, localize_drive
+from groma.localization.localizer import LocalizerOptions
+from groma.localization.result import Localized
+from groma.mapping.known_poses import survey as survey_at
+from groma.mapping.mapper import map_drive
+from groma.nouns.maps import Chart, Landmarks, chosen, joined, no_landmarks
+from groma.nouns.poses import relative
+from groma.nouns.vehicle import Vehicle
+from groma.recordings.drive import open_drive, open_vehicle_drive
+from groma.simulation.localization import PATHS, Day, DriveName, calibrated_vehicle, drive_scenario, standing_reflectors
+from groma.simulation.scenes import Simulated, simulate
 
 Array = NDArray[np.float64]
 

@@ -22,17 +22,17 @@ import numpy as np
 from localization import PLAN, Array, Site, moved, poses_at, relative, say, survey
 from numpy.typing import NDArray
 
-from groma.association import rigid_fit
-from groma.io.drive import open_drive
+from groma.features.association import rigid_fit
 from groma.io.recording import open_recording, write_recording
-from groma.localization import Pose
-from groma.localization_options import LocalizeOptions
-from groma.localization_simulation import Day, drive_scenario
-from groma.localize import Request, localize_drive, localizing
-from groma.localized import Chart, Localized
-from groma.mapper import map_drive
-from groma.mapping import chosen
-from groma.simulation import Simulated, beam_geometry, simulate
+from groma.localization.drive import Request, localize_drive, localizing
+from groma.localization.localizer import Pose
+from groma.localization.options import LocalizeOptions
+from groma.localization.result import Localized
+from groma.mapping.mapper import map_drive
+from groma.nouns.maps import Chart, chosen
+from groma.recordings.drive import open_drive
+from groma.simulation.localization import Day, drive_scenario
+from groma.simulation.scenes import Simulated, beam_geometry, simulate
 
 SWAY = 0.4
 NEAR, TURNED = 0.3, 5.0

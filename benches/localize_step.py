@@ -13,13 +13,13 @@ import time
 
 from localization import say
 
-from groma.localization import reflectors
-from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario, standing_reflectors
-from groma.localize import Request, localizing
-from groma.localized import Chart
-from groma.models import LaserScan
-from groma.observations import Observer
-from groma.simulation import beam_geometry, simulate
+from groma.localization.drive import Request, localizing
+from groma.localization.localizer import reflectors
+from groma.localization.observations import Observer
+from groma.nouns.maps import Chart
+from groma.nouns.messages import LaserScan
+from groma.simulation.localization import Day, calibrated_vehicle, drive_scenario, standing_reflectors
+from groma.simulation.scenes import beam_geometry, simulate
 
 TURNS = 5
 

@@ -16,13 +16,13 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.camera_calibration import calibrate_camera, projection_sigmas
-from groma.camera_plan import DEFAULTS, Judged, Stage, middle_height, mount, ranked
-from groma.detection import Detection
+from groma.cameras.calibration import calibrate_camera, projection_sigmas
+from groma.cameras.vision import detect
 from groma.errors import EstimationError
-from groma.network import rotation_matrix
-from groma.rendering import render
-from groma.vision import detect
+from groma.nouns.detection import Detection
+from groma.nouns.poses import rotation_matrix
+from groma.planning.camera import DEFAULTS, Judged, Stage, middle_height, mount, ranked
+from groma.simulation.rendering import render
 
 Array = NDArray[np.float64]
 HEIGHT, DISTANCE = 2.0, 2.6

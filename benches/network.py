@@ -10,9 +10,11 @@ from time import monotonic
 
 import numpy as np
 
-from groma.network import NetworkMap, NetworkMapper, rotation_matrix
-from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
-from groma.rendered_network import rendered_messages
+from groma.cameras.network import NetworkMapper
+from groma.nouns.network import NetworkMap
+from groma.nouns.poses import rotation_matrix
+from groma.simulation.network import SimulatedNetwork, network_scene, simulate_network
+from groma.simulation.rendered_network import rendered_messages
 
 
 def errors(network: NetworkMap, simulated: SimulatedNetwork) -> np.typing.NDArray[np.float64]:

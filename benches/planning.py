@@ -13,11 +13,11 @@ import sys
 import numpy as np
 
 from groma.evaluation.exploration import LAMBDAS, band, matched, trade_offs
-from groma.exploration import (
+from groma.nouns.building import Graph
+from groma.planning.exploration import (
     RULES,
     WEIGHING,
     Budget,
-    Graph,
     Lambda,
     Settings,
     Sigma,
@@ -26,7 +26,7 @@ from groma.exploration import (
     scene,
     try_walk,
 )
-from groma.report.exploration_report import match_line
+from groma.report.exploration.report import match_line
 
 BUILDINGS, SEEDS, TRIES = 12, 20, 1000
 STUDY = ((200.0, 0.34), (297.0, 0.28), (586.0, 0.21))

@@ -16,7 +16,7 @@ import sys
 import numpy as np
 from msgspec.structs import replace
 
-from groma.camera_plan import DEFAULTS, CameraPlan, Judged, Stage, middle_height, mount, plan_camera, ranked
+from groma.planning.camera import DEFAULTS, CameraPlan, Judged, Stage, middle_height, mount, plan_camera, ranked
 
 
 def compared(height: float, distance: float) -> tuple[Judged, CameraPlan]:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from groma.evaluation.relations import evaluate_relations, read_relations
 from groma.io.trajectory import read_tum
-from groma.simulation import scenes
+from groma.simulation.scenes import scenes
 
 GROMA = Path(sys.executable).with_name("groma")
 write = sys.stdout.write

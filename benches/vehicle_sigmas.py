@@ -23,12 +23,12 @@ from typing import Literal
 
 import numpy as np
 
-from groma.calibration import VehicleCalibration, calibrate
 from groma.cli.simulate_vehicle import vehicle as simulate_vehicle
 from groma.io.recording import open_recording
-from groma.vehicle import Model
-from groma.vehicle_calibration import Request, calibrate_vehicle
-from groma.vehicle_simulation import Differential, Tricycle, calibration_scenario, true_vehicle
+from groma.nouns.vehicle import Model
+from groma.simulation.vehicle import Differential, Tricycle, calibration_scenario, true_vehicle
+from groma.vehicle.calibration import VehicleCalibration, calibrate
+from groma.vehicle.recording import Request, calibrate_vehicle
 
 Drive = Literal["arcs", "continuous"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from groma.findings import Code, catalogue, verdict
+from groma.nouns.findings import Code, catalogue, verdict
 from groma.runs.kinds import MAKERS
 
 PAGE = Path(__file__).parents[1] / "docs" / "reference" / "findings.md"

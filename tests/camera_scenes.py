@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from groma.camera import Camera
-from groma.rendering import appearance, render
-from groma.target import Panel, TagGrid, Target
+from groma.nouns.camera import Camera
+from groma.nouns.target import Panel, TagGrid, Target
+from groma.simulation.rendering import appearance, render
 
 Array = NDArray[np.float64]
 

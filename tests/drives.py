@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.evaluation.relations import RelationErrors, evaluate_relations
-from groma.evaluation.se2 import relative, wrap
-from groma.io.drive import open_drive
 from groma.io.recording import open_recording, write_recording
 from groma.io.trajectory import Trajectory
-from groma.mapper import map_drive
-from groma.mapping import MapResult
-from groma.models import LaserScan, Message
-from groma.simulation import Scenario, Simulated, scenario, simulate, true_relations
+from groma.mapping.mapper import map_drive
+from groma.mapping.result import MapResult
+from groma.nouns.messages import LaserScan, Message
+from groma.nouns.poses import relative, wrap
+from groma.recordings.drive import open_drive
+from groma.simulation.scenes import Scenario, Simulated, scenario, simulate, true_relations
 
 Array = NDArray[np.float64]
 Change = Callable[[list[Message]], Iterable[Message]]

@@ -6,8 +6,8 @@ import json
 from html import escape
 from pathlib import Path
 
-from groma.findings import Finding
-from groma.runs.telling import line
+from groma.nouns.findings import Finding
+from groma.report.finding_lines import line
 
 KEYS = {"code", "severity", "from_stamp", "to_stamp", "place", "values", "text", "remedy"}
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from groma.io.camera_protocol import Corners
 from groma.link.journal import Journal
 from groma.link.node import Node, new_boot
-from groma.link.protocol import Corners
 from groma.link.session import connect
 from groma.link.sources import Grey
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.network import rotation_matrix
+from groma.nouns.poses import rotation_matrix
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.evaluation import se2
-from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph, WeakSpot
+from groma.mapping.result import Closure, MapResult, PoseGraph, WeakSpot
+from groma.nouns import poses as se2
+from groma.nouns.maps import Landmarks, OccupancyGrid
 
 Array = NDArray[np.float64]
 

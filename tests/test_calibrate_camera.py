@@ -11,16 +11,16 @@ from PIL import Image
 
 from camera_scenes import CAMERA, TARGET, Array, poses, write_images
 from findings_shown import findings_shown
-from groma.camera import Camera
-from groma.camera_calibration import calibrate_camera, projection_sigmas
+from groma.cameras.calibration import calibrate_camera, projection_sigmas
 from groma.cli import run
-from groma.detection import Detection
 from groma.errors import EstimationError, UserError
 from groma.io.camera_info import read_camera_info
 from groma.io.kalibr_camchain import read_camchain
 from groma.io.panels import write_panels
 from groma.io.target_file import read_target
-from groma.target import Chessboard, Panel, Target
+from groma.nouns.camera import Camera
+from groma.nouns.detection import Detection
+from groma.nouns.target import Chessboard, Panel, Target
 
 KALIBR = "target_type: aprilgrid\ntagCols: 6\ntagRows: 6\ntagSize: 0.08\ntagSpacing: 0.3\n"
 
@@ -69,7 +69,7 @@ def test_the_second_run_is_the_same_and_looks_at_no_image_twice(
     assert _run(folder, "-o", str(out)) == 0
     first = {path.name: path.read_bytes() for path in out.iterdir()}
     assert any(name.startswith("detections-") for name in first)
-    monkeypatch.setattr("groma.camera_images.detect", lambda *_, **__: pytest.fail("looked again"))
+    monkeypatch.setattr("groma.cameras.images.detect", lambda *_, **__: pytest.fail("looked again"))
     assert _run(folder, "-o", str(out)) == 0
     assert {path.name: path.read_bytes() for path in out.iterdir()} == first
 

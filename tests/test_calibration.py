@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from groma.calibration import OdometryLog, SensorMotions, calibrate, closed_form
 from groma.errors import EstimationError
+from groma.vehicle.calibration import OdometryLog, SensorMotions, calibrate, closed_form
 
 Array = NDArray[np.float64]
 

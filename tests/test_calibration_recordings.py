@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from groma.calibration import OdometryLog, SensorMotions, calibrate, closed_form
+from groma.vehicle.calibration import OdometryLog, SensorMotions, calibrate, closed_form
 
 WINDOW = 0.5
 """Length of the motions of the tricycle [s]."""

@@ -20,12 +20,11 @@ import pytest
 
 import groma.cli
 from groma import _core
-from groma.calibration import OdometryLog, SensorMotions, VehicleCalibration, calibrate, to_calibration
 from groma.io.recording import open_recording, write_recording
 from groma.io.vehicle_file import read_vehicle
-from groma.models import JointState, LaserScan, Message, Odometry
-from groma.vehicle import Model, Vehicle
-from groma.vehicle_simulation import (
+from groma.nouns.messages import JointState, LaserScan, Message, Odometry
+from groma.nouns.vehicle import Model, Vehicle
+from groma.simulation.vehicle import (
     Arcs,
     CalibrationDrive,
     Continuous,
@@ -35,6 +34,7 @@ from groma.vehicle_simulation import (
     simulate_calibration,
     true_vehicle,
 )
+from groma.vehicle.calibration import OdometryLog, SensorMotions, VehicleCalibration, calibrate, to_calibration
 
 AGREE = 1e-9
 VEHICLES: dict[Model, Tricycle | Differential] = {

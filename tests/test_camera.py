@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from groma.camera import LENSES, Camera
-from groma.target import Charuco, Chessboard, Panel, TagGrid, Target
+from groma.nouns.camera import LENSES, Camera
+from groma.nouns.target import Charuco, Chessboard, Panel, TagGrid, Target
 
 
 def test_a_camera_projects_and_looks_back() -> None:

@@ -11,9 +11,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from groma.camera import Camera
-from groma.camera_calibration import projection_sigmas
-from groma.camera_plan import (
+from groma.cameras.calibration import projection_sigmas
+from groma.cameras.survey import write_covariance
+from groma.cli import run as command
+from groma.errors import UserError
+from groma.io.camera_info import write_camera_info
+from groma.nouns.camera import Camera
+from groma.nouns.detection import Detection
+from groma.planning.camera import (
     DEFAULTS,
     MOTIONS,
     CameraPlan,
@@ -26,13 +31,8 @@ from groma.camera_plan import (
     ranked,
     try_motion,
 )
-from groma.cli import run as command
-from groma.detection import Detection
-from groma.errors import UserError
-from groma.floor import foot_and_mount, from_floor, on_floor
-from groma.io.camera_info import write_camera_info
-from groma.io.network_recording import write_covariance
-from groma.report.camera_plan_report import instruction
+from groma.planning.floor import foot_and_mount, from_floor, on_floor
+from groma.report.camera_plan.report import instruction
 from rigid import planar, seven, spatial
 
 QUICK = replace(DEFAULTS.search, target=2.0)

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from groma import _core
-from groma.camera_plan import DEFAULTS, Stage, mount
-from groma.simulation import scenario
+from groma.planning.camera import DEFAULTS, Stage, mount
+from groma.simulation.scenes import scenario
 
 SOON = 2.0
 """The work looks at its token every 100 ms; the rest is for a busy machine [s]."""

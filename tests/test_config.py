@@ -13,8 +13,8 @@ import groma.cli
 from drives import drive, scene
 from groma import _core
 from groma.io.toml import to_toml
-from groma.settings import chosen
-from groma.tables import tables
+from groma.runs.settings import chosen
+from groma.runs.tables import tables
 
 COMMANDS = Path(groma.cli.__file__).parent
 

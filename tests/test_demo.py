@@ -16,7 +16,7 @@ from groma.cli.demo import CHAPTERS, SEED
 from groma.cli.demo_cameras import map_simulated_cameras
 from groma.cli.demo_localization import localize_simulated
 from groma.runs.run import Run
-from groma.simulation import Scenario
+from groma.simulation.scenes import Scenario
 
 LEFT = {
     "graph.g2o",

@@ -23,8 +23,8 @@ import groma.cli.simulate
 from camera_scenes import poses, write_images
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
-from groma.simulation import Scenario, Simulated, scenario, simulate, true_relations, write_relations
-from groma.vehicle_simulation import Arcs, CalibrationDrive, Tricycle, calibration_scenario, simulate_calibration
+from groma.simulation.scenes import Scenario, Simulated, scenario, simulate, true_relations, write_relations
+from groma.simulation.vehicle import Arcs, CalibrationDrive, Tricycle, calibration_scenario, simulate_calibration
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])

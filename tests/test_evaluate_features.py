@@ -18,13 +18,13 @@ from groma.evaluation.feature_landmarks import sightings
 from groma.evaluation.feature_scans import PosedScans, read_posed_scans
 from groma.evaluation.feature_visibility import MARGIN, Views
 from groma.evaluation.features import Detect, Repeatability, evaluate_features, repeatability
-from groma.evaluation.se2 import compose, relative
-from groma.features import falko_batch
-from groma.io.drive import open_drive
+from groma.features.corners import falko_batch
 from groma.io.recording import open_recording, write_recording
 from groma.io.trajectory import write_tum
-from groma.mapper import map_defaults, map_drive
-from groma.models import BeamGeometry, LaserScan, Message, Odometry
+from groma.mapping.mapper import map_defaults, map_drive
+from groma.nouns.messages import BeamGeometry, LaserScan, Message, Odometry
+from groma.nouns.poses import compose, relative
+from groma.recordings.drive import open_drive
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from groma.evaluation.feature_scans import PosedScans, read_posed_scans
 from groma.evaluation.loops import Answers, LoopEvaluation, evaluate_loops
 from groma.evaluation.revisits import revisits
 from groma.io.recording import open_recording, write_recording
-from groma.models import LaserScan, Message, Odometry
-from groma.recognition import recognize
+from groma.mapping.recognition import recognize
+from groma.nouns.messages import LaserScan, Message, Odometry
 from test_evaluate_features import cast, polygon
 
 Array = NDArray[np.float64]

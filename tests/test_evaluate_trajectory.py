@@ -12,11 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 import groma.cli
-from groma.evaluation import se2
 from groma.evaluation.association import Matching, look_up
 from groma.evaluation.reference import align, evaluate_reference
 from groma.evaluation.relations import evaluate_relations, read_relations
 from groma.io.trajectory import Trajectory, read_tum, write_tum
+from groma.nouns import poses as se2
 
 Array = NDArray[np.float64]
 

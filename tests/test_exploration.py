@@ -15,13 +15,14 @@ from groma.cli import run as command
 from groma.cli.demo_plan import PLANS, plan_simulated
 from groma.errors import UserError
 from groma.evaluation.exploration import band, matched, trade_offs
-from groma.exploration import Budget, Graph, Lambda, Settings, Sigma, explore, scene, try_walk
-from groma.explorer import Explorer, Place
 from groma.io.camera_graph import read_graph, write_graph
 from groma.io.nav2_map import write_map
-from groma.io.skeleton import graph_of_map
-from groma.io.thinning import thinned
-from groma.mapping import OccupancyGrid
+from groma.nouns.building import Graph
+from groma.nouns.maps import OccupancyGrid
+from groma.planning.exploration import Budget, Lambda, Settings, Sigma, explore, scene, try_walk
+from groma.planning.explorer import Explorer, Place
+from groma.planning.skeleton import graph_of_map
+from groma.planning.thinning import thinned
 from groma.runs.run import Run
 
 HAND = """

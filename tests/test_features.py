@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from groma import features
-from groma.models import BeamGeometry
+from groma.features import corners as features
+from groma.nouns.arrays import Array
+from groma.nouns.messages import BeamGeometry
 
 GEOMETRY = BeamGeometry(
     angle_min=-np.pi / 2, angle_increment=np.pi / 360, time_increment=0, range_min=0.1, range_max=20
@@ -16,20 +17,20 @@ GEOMETRY = BeamGeometry(
 BEARINGS = GEOMETRY.angle_min + GEOMETRY.angle_increment * np.arange(361)
 
 
-def room() -> features.Array:
+def room() -> Array:
     """Ranges to the walls of a room, 4 m ahead, 3 m left, 2 m right, with a box in front of the wall ahead."""
     x, y = np.cos(BEARINGS), np.sin(BEARINGS)
     with np.errstate(divide="ignore"):
         walls = np.minimum(4 / np.maximum(x, 0), np.where(y > 0, 3 / y, -2 / y))
         box = np.where(np.abs(3 * y / x) < 0.5, 3 / x, np.inf)
-    ranges: features.Array = np.minimum(walls, box)
+    ranges: Array = np.minimum(walls, box)
     return ranges
 
 
-def moved(points: features.Array, x: float, y: float, theta: float) -> features.Array:
+def moved(points: Array, x: float, y: float, theta: float) -> Array:
     """Points after a rigid motion."""
     c, s = np.cos(theta), np.sin(theta)
-    result: features.Array = points @ np.array([[c, s], [-s, c]]) + [x, y]
+    result: Array = points @ np.array([[c, s], [-s, c]]) + [x, y]
     return result
 
 

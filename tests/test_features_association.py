@@ -7,21 +7,23 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from groma import association, features
+from groma.features import association
+from groma.features import corners as features
+from groma.nouns.arrays import Array
 
 TRUTH = (4.0, -2.0, 2.2)
 METHODS = get_args(association.Method)
 
 
-def moved(points: features.Array) -> features.Array:
+def moved(points: Array) -> Array:
     """Points after the true motion."""
     x, y, theta = TRUTH
     c, s = np.cos(theta), np.sin(theta)
-    result: features.Array = points @ np.array([[c, s], [-s, c]]) + [x, y]
+    result: Array = points @ np.array([[c, s], [-s, c]]) + [x, y]
     return result
 
 
-def maps() -> tuple[features.Array, features.Array]:
+def maps() -> tuple[Array, Array]:
     """15 landmarks in common, 10 more in each map; number i of b is number i + 10 of a."""
     rng = np.random.default_rng(8)
     b = rng.uniform(0, 20, (25, 2))

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from groma import features
-from groma.models import BeamGeometry
+from groma.features import corners as features
+from groma.nouns.arrays import Array
+from groma.nouns.messages import BeamGeometry
 
 STEP = np.pi / 360
 
@@ -18,12 +19,12 @@ def geometry(angle_min: float = 0.0) -> BeamGeometry:
     return BeamGeometry(angle_min=angle_min, angle_increment=STEP, time_increment=0, range_min=0.1, range_max=20)
 
 
-def room(turn: float = 0.0) -> features.Array:
+def room(turn: float = 0.0) -> Array:
     """Ranges to the walls of a room, 4 m ahead, 3 m behind, 3 m left, 2 m right, turned."""
     bearings = STEP * np.arange(720) - turn
     x, y = np.cos(bearings), np.sin(bearings)
     with np.errstate(divide="ignore", over="ignore"):
-        ranges: features.Array = np.minimum(np.where(x > 0, 4, -3) / x, np.where(y > 0, 3, -2) / y)
+        ranges: Array = np.minimum(np.where(x > 0, 4, -3) / x, np.where(y > 0, 3, -2) / y)
     return ranges
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from groma.findings import Finding, catalogue, verdict
+from groma.nouns.findings import Finding, catalogue, verdict
 
 SEVERITY = ["info", "warning", "error"]
 

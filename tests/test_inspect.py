@@ -12,8 +12,8 @@ sys.path.insert(0, str(Path(__file__).parent / "io"))
 from made import Ros, bag1, drive_entries, drive_lines, flaser, text
 
 from groma.cli import run
-from groma.inspection import Inspection, Timing, inspect
 from groma.io.recording import open_recording
+from groma.recordings.inspection import Inspection, Timing, inspect
 
 
 def found(path: Path) -> Inspection:

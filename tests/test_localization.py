@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from groma.localization import Localizer, Observations, localizer_defaults, reflectors
-from groma.mapping import OccupancyGrid
-from groma.models import BeamGeometry, LaserScan
-from groma.relocalization import Relocalizer
-from groma.vehicle import WheelNoise
-from groma.wheels import Wheels
+from groma.localization.localizer import Localizer, Observations, localizer_defaults, reflectors
+from groma.localization.relocalizer import Relocalizer
+from groma.localization.wheels import Wheels
+from groma.nouns.maps import OccupancyGrid
+from groma.nouns.messages import BeamGeometry, LaserScan
+from groma.nouns.vehicle import WheelNoise
 
 Array = NDArray[np.float64]
 MARKS = np.array([[4.0, 0.5], [0.0, 3.0], [5.0, 4.0], [-3.0, 1.0], [-2.0, -4.0], [2.5, -3.5]])
@@ -148,6 +148,6 @@ def test_time_that_goes_back_is_refused_and_changes_nothing() -> None:
 
 
 def test_defaults_name_every_option() -> None:
-    from groma.localization_options import LocalizerOptions
+    from groma.localization.options import LocalizerOptions
 
     assert set(localizer_defaults()) == set(LocalizerOptions.__annotations__)

@@ -15,16 +15,16 @@ import pytest
 import groma.cli
 from groma.io.chart import read_chart
 from groma.io.landmarks import read_landmarks
-from groma.io.localization_results import save_localized
 from groma.io.recording import open_recording, write_recording
 from groma.io.reflector_list import write_reflectors
 from groma.io.trajectory import read_tum, write_tum
 from groma.io.vehicle_file import read_vehicle, write_vehicle
-from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario, drives, standing_reflectors
-from groma.localize import Request, localizing, to_localized
-from groma.mapper import beams
-from groma.models import JointState, LaserScan
-from groma.simulation import Simulated, simulate
+from groma.localization.drive import Request, localizing, to_localized
+from groma.mapping.mapper import beams
+from groma.nouns.messages import JointState, LaserScan
+from groma.runs.localization_files import save_localized
+from groma.simulation.localization import Day, calibrated_vehicle, drive_scenario, drives, standing_reflectors
+from groma.simulation.scenes import Simulated, simulate
 
 RUN = "import sys, groma.cli; sys.exit(groma.cli.run(sys.argv[1:]))"
 

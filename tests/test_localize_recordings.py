@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from groma.association import rigid_fit
-from groma.evaluation.se2 import relative
-from groma.io.drive import open_drive
+from groma.features.association import rigid_fit
 from groma.io.recording import open_recording, write_recording
-from groma.localize import Request, localize_drive
-from groma.localized import Chart, Localized
-from groma.mapper import map_drive
-from groma.mapping import MapResult
-from groma.models import Message
+from groma.localization.drive import Request, localize_drive
+from groma.localization.result import Localized
+from groma.mapping.mapper import map_drive
+from groma.mapping.result import MapResult
+from groma.nouns.maps import Chart
+from groma.nouns.messages import Message
+from groma.nouns.poses import relative
+from groma.recordings.drive import open_drive
 
 Array = NDArray[np.float64]
 

@@ -17,16 +17,16 @@ import pytest
 import groma.cli
 from drives import Driven, closure_errors, drive, mapped, scene
 from groma import _core
-from groma.io.drive import open_drive
 from groma.io.g2o import read_g2o
 from groma.io.landmarks import read_landmarks
 from groma.io.nav2_map import read_map
 from groma.io.recording import open_recording
 from groma.io.toml import to_toml
 from groma.io.trajectory import read_tum
-from groma.mapper import beams, map_drive
-from groma.mapping import MapResult
-from groma.models import LaserScan, Odometry
+from groma.mapping.mapper import beams, map_drive
+from groma.mapping.result import MapResult
+from groma.nouns.messages import LaserScan, Odometry
+from groma.recordings.drive import open_drive
 from groma.runs.reading import Watched
 
 GROMA = Path(sys.executable).with_name("groma")

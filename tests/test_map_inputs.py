@@ -16,8 +16,8 @@ import pytest
 import groma.cli
 from drives import Array, Driven, drive, mapped, scans, scene
 from groma.io.recording import open_recording, write_recording
-from groma.mapping import MapResult
-from groma.models import LaserScan, Message, Odometry, Transform
+from groma.mapping.result import MapResult
+from groma.nouns.messages import LaserScan, Message, Odometry, Transform
 
 BEAMS: dict[str, Any] = {"beams": 181, "angle_increment": math.radians(1.5), "period": 0.4}
 

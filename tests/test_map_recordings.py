@@ -12,8 +12,8 @@ import pytest
 from drives import mapped
 from groma.evaluation.relations import RelationErrors, evaluate_relations, read_relations
 from groma.io.trajectory import Trajectory, read_tum
-from groma.mapping import MapResult
-from groma.report.words import verdict
+from groma.mapping.result import MapResult
+from groma.report.map.words import verdict
 
 pytestmark = pytest.mark.shared
 

@@ -13,16 +13,16 @@ import pytest
 
 import groma.cli
 from groma.evaluation.relations import RelationErrors, evaluate_relations
-from groma.io.drive import open_vehicle_drive
 from groma.io.recording import open_recording, write_recording
 from groma.io.trajectory import Trajectory
 from groma.io.vehicle_file import write_vehicle
-from groma.mapper import map_drive
-from groma.mapping import MapResult
-from groma.models import JointState, Message
-from groma.simulation import true_relations
-from groma.vehicle import Vehicle
-from groma.vehicle_simulation import (
+from groma.mapping.mapper import map_drive
+from groma.mapping.result import MapResult
+from groma.nouns.messages import JointState, Message
+from groma.nouns.vehicle import Vehicle
+from groma.recordings.drive import open_vehicle_drive
+from groma.simulation.scenes import true_relations
+from groma.simulation.vehicle import (
     CalibrationDrive,
     Continuous,
     Differential,

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import groma.evaluation.motions as motions
-from groma.camera_plan import Sitting, study_sitting
 from groma.cli import run as command
 from groma.errors import UserError
+from groma.planning.camera import Sitting, study_sitting
 
 
 def test_the_drives_are_tried_out_and_two_refused(

@@ -13,17 +13,19 @@ import pytest
 from PIL import Image
 
 from findings_shown import findings_shown
+from groma.cameras.network import NetworkMapper
+from groma.cameras.survey import open_network, read_covariance, write_network
 from groma.cli import run
-from groma.detection import Detection
 from groma.errors import EstimationError, UserError
 from groma.io.kalibr_camchain import read_camchain
 from groma.io.network_file import read_network
-from groma.io.network_recording import open_network, read_covariance, write_network
-from groma.network import NetworkMap, NetworkMapper, rotation_matrix
-from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
-from groma.rendered_network import rendered_messages
-from groma.rendering import Gray
-from groma.report.network_words import network_verdict, weak_directions
+from groma.nouns.arrays import Gray
+from groma.nouns.detection import Detection
+from groma.nouns.network import NetworkMap
+from groma.nouns.poses import rotation_matrix
+from groma.report.network.words import network_verdict, weak_directions
+from groma.simulation.network import SimulatedNetwork, network_scene, simulate_network
+from groma.simulation.rendered_network import rendered_messages
 
 
 @pytest.fixture(scope="module")

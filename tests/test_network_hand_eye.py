@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from groma.camera import Camera
-from groma.detection import Detection
+from groma.cameras.network import Placed, place_by_poses
 from groma.errors import EstimationError
 from groma.io.yaml_file import read_yaml
-from groma.network import KnownCamera, Placed, place_by_poses, rotation_matrix
-from groma.target import Charuco, Panel, Target
+from groma.nouns.camera import Camera
+from groma.nouns.detection import Detection
+from groma.nouns.network import KnownCamera
+from groma.nouns.poses import rotation_matrix
+from groma.nouns.target import Charuco, Panel, Target
 
 Array = NDArray[np.float64]
 

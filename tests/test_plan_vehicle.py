@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from groma.cli import run
-from groma.vehicle_plan import plan_vehicle, thesis_grid
+from groma.planning.vehicle import plan_vehicle, thesis_grid
 
 VEHICLE = {
     "drive_scale": 0.25e-3,

@@ -9,8 +9,8 @@ import pytest
 
 import groma.cli
 from groma.io.landmarks import read_landmarks, write_landmarks
-from groma.mapping import Landmarks
-from groma.promotion import promote
+from groma.mapping.promotion import promote
+from groma.nouns.maps import Landmarks
 
 
 def corners(points: list[tuple[float, float]], seen: int = 20, visible: int = 25) -> Landmarks:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from groma.models import BeamGeometry
-from groma.reflectors import reflectors, reflectors_batch
-from groma.simulation import beam_geometry, scenario, simulate
+from groma.features.reflectors import reflectors, reflectors_batch
+from groma.nouns.messages import BeamGeometry
+from groma.simulation.scenes import beam_geometry, scenario, simulate
 
 GEOMETRY = BeamGeometry(angle_min=-0.5, angle_increment=0.005, time_increment=0, range_min=0.1, range_max=20)
 

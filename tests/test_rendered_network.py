@@ -5,9 +5,9 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from groma.detection import Detection
-from groma.network_simulation import network_scene, simulate_network
-from groma.rendered_network import rendered_messages
+from groma.nouns.detection import Detection
+from groma.simulation.network import network_scene, simulate_network
+from groma.simulation.rendered_network import rendered_messages
 
 
 def test_the_detector_sees_what_the_fast_mode_draws() -> None:

@@ -12,14 +12,16 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from groma.findings import Finding
-from groma.mapping import Closure, Landmarks, MapResult, OccupancyGrid, PoseGraph
+from groma.mapping.result import Closure, MapResult, PoseGraph
+from groma.nouns.findings import Finding
+from groma.nouns.maps import Landmarks, OccupancyGrid
 from groma.report import words
 from groma.report.drawing import thinned
-from groma.report.figures import map_figures
-from groma.report.map_report import map_report
+from groma.report.map import words as map_words
+from groma.report.map.figures import map_figures
+from groma.report.map.report import map_report
+from groma.report.outcome import Outcome
 from groma.report.plan import shrunk
-from groma.runs.outcome import Outcome
 from ring_corridor import ring_corridor
 
 RUN: dict[str, object] = {"groma": "0.0", "input": {"name": "day<1>.log"}, "settings": {"note": "a & <b>"}}
@@ -27,7 +29,7 @@ FINDINGS = (Finding("recording-cut", "cut after <message> 7"), Finding("records-
 
 
 def outcome(result: MapResult, *findings: Finding, record: dict[str, object] = RUN) -> Outcome:
-    return Outcome("map", "consistent", findings, words.verdict(result), record)
+    return Outcome("map", "consistent", findings, map_words.verdict(result), record)
 
 
 class _Balance(HTMLParser):
@@ -99,7 +101,7 @@ def test_figures_take_the_colours_of_the_page(page: str) -> None:
 def test_same_bytes_in_another_process(page: str) -> None:
     code = (
         "import sys; from ring_corridor import ring_corridor; from test_report import FINDINGS, outcome;"
-        "from groma.report.map_report import map_report; result = ring_corridor();"
+        "from groma.report.map.report import map_report; result = ring_corridor();"
         "sys.stdout.reconfigure(encoding='utf-8');"
         "sys.stdout.write(map_report(result, outcome(result, *FINDINGS)))"
     )
@@ -180,7 +182,7 @@ def _closure(residual_m: float, residual_rad: float = 0.0, accepted: bool = True
 
 def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult) -> None:
     def verdict(*closures: Closure, findings: tuple[Finding, ...] = ()) -> str:
-        return words.verdict(dataclasses.replace(result, closures=closures, findings=findings, weak=()))
+        return map_words.verdict(dataclasses.replace(result, closures=closures, findings=findings, weak=()))
 
     assert verdict().startswith("No loop was closed")
     assert verdict(_closure(5.0, accepted=False)).startswith("No loop was closed")
@@ -196,7 +198,7 @@ def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult
     )
     torn = Finding("map-torn", "the scan was not found on the map")
     assert verdict(_closure(0.03), findings=(strained, torn, torn)).startswith("The map may be torn: 2 times the scan")
-    assert "few returns & <glass>" in words.verdict(result)
+    assert "few returns & <glass>" in map_words.verdict(result)
 
 
 @pytest.mark.parametrize(

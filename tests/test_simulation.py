@@ -16,14 +16,14 @@ from groma import cli
 from groma.cli.simulate import Scene
 from groma.errors import UserError
 from groma.evaluation.relations import evaluate_relations, read_relations
-from groma.evaluation.se2 import compose, relative
 from groma.io.recording import open_recording
 from groma.io.trajectory import Trajectory, read_tum, write_tum
-from groma.models import JointState, LaserScan, Message, Odometry, Transform
-from groma.simulation import (
+from groma.nouns.arrays import Array
+from groma.nouns.messages import JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.poses import compose, relative
+from groma.simulation.scenes import (
     AGAIN_AFTER,
     AGAIN_WITHIN,
-    Array,
     Scenario,
     Simulated,
     scenario,

@@ -21,10 +21,9 @@ from groma.io.quantities import amounts
 from groma.io.recording import open_recording, write_recording
 from groma.io.robot_files import ros2_control, urdf_joint
 from groma.io.vehicle_file import read_vehicle, write_vehicle
-from groma.models import JointState
+from groma.nouns.messages import JointState
 from groma.runs.run import Run
-from groma.vehicle_calibration import Request, calibrate_vehicle, judged, more_driving
-from groma.vehicle_simulation import (
+from groma.simulation.vehicle import (
     Arcs,
     CalibrationDrive,
     Continuous,
@@ -34,6 +33,7 @@ from groma.vehicle_simulation import (
     simulate_calibration,
     true_vehicle,
 )
+from groma.vehicle.recording import Request, calibrate_vehicle, judged, more_driving
 
 TOLERANCES = {
     "laser_x": 0.002,

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from camera_scenes import CAMERA, TARGET, poses
-from groma.camera_calibration import panel_pose
+from groma.cameras.calibration import panel_pose
+from groma.cameras.vision import detect, detect_tags, drawings
 from groma.errors import UserError
 from groma.io.images import read_images
 from groma.io.notes import Notes
-from groma.rendering import appearance, render
-from groma.target import Charuco, Chessboard, Panel, TagGrid, Target
-from groma.vision import detect, detect_tags, drawings
+from groma.nouns.target import Charuco, Chessboard, Panel, TagGrid, Target
+from groma.simulation.rendering import appearance, render
 
 KALIBR_FRAMES = {
     "EuRoC": (36, 6),

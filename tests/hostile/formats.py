@@ -14,12 +14,12 @@ import numpy as np
 
 from camera_scenes import poses, write_images
 from drives import drive, scene
-from groma.camera_plan import DEFAULTS
 from groma.cli import run
 from groma.io.camera_info import write_camera_info
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
-from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration
+from groma.planning.camera import DEFAULTS
+from groma.simulation.vehicle import Arcs, Tricycle, calibration_scenario, simulate_calibration
 from hostile.changes import all_lines, lines_of_each_kind, lines_of_table
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import msgspec
 
-from groma import models
+from groma.cameras.survey import read_detections
+from groma.io.camera_protocol import AnyMessage, Corners, Detections, Health, Odometry, Stop
 from groma.io.link_recording import Recorder
-from groma.io.network_recording import read_detections
 from groma.io.notes import Notes
 from groma.io.recording import open_recording
-from groma.link.protocol import AnyMessage, Corners, Detections, Health, Odometry, Stop
+from groma.nouns import messages as models
 from hostile.changes import Change, changes
 
 BOOT = "b1"

@@ -23,7 +23,7 @@ SHARE = 150
 """The quick run takes one case of so many."""
 MOST_SECONDS, MOST_MEGABYTES = 20.0, 1300.0
 """Of a command; 300 MB are those of the program itself."""
-PRELOAD = ("groma.cli", "numpy", "msgspec", "groma.io.recording", "groma.mapper")
+PRELOAD = ("groma.cli", "numpy", "msgspec", "groma.io.recording", "groma.mapping.mapper")
 
 
 @dataclass

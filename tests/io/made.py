@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from groma.errors import UserError
 from groma.io.recording import Recording, open_recording
-from groma.models import Message
+from groma.nouns.messages import Message
 
 RANGES = [1.0 + 0.01 * i for i in range(180)]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from groma.io.recording import open_recording
-from groma.models import JointState, LaserScan, Odometry
+from groma.nouns.messages import JointState, LaserScan, Odometry
 
 ENCODER_HEAD = "#kinematic_model: traction_drive_wheel\n#joints_max_enc_values: 8192 5000\n"
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from groma.camera import LENSES, Camera
 from groma.errors import UserError
 from groma.io.camera_info import read_camera_info, write_camera_info
 from groma.io.kalibr_camchain import read_camchain, write_camchain
 from groma.io.panels import quaternion, rpy, write_panels
 from groma.io.target_file import read_target
-from groma.target import Charuco, Chessboard, Panel, TagGrid, Target
+from groma.nouns.camera import LENSES, Camera
+from groma.nouns.target import Charuco, Chessboard, Panel, TagGrid, Target
 
 KALIBR_GRID = "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088 # m\ntagSpacing: 0.3\n"
 KALIBR_BOARD = (

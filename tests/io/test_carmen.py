@@ -12,10 +12,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made import RANGES, drive_lines, flaser, read, text, texts
 
-from groma.bounds import OutOfRangeError
 from groma.io.carmen_lines import LineError, parse_flaser, parse_odom, parse_rawlaser, parse_robotlaser
 from groma.io.streams import Kind
-from groma.models import LaserScan, Odometry, Transform
+from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.messages import LaserScan, Odometry, Transform
 
 SENSOR = "0 -1.570796 3.141593 0.017453 30.0 0.01 1 4 1.0 2.0 30.0 31.0"
 

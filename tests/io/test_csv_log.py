@@ -13,7 +13,7 @@ from made import read, text, texts
 
 from groma.errors import UserError
 from groma.io.recording import open_recording, write_recording
-from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 NUMBER = st.floats(-1e7, 1e7)
 STAMP = st.floats(0, 2e9)

@@ -10,10 +10,10 @@ import pytest
 from made import Ros, bag1, drive_entries, drive_lines, text
 
 from groma.errors import UserError
-from groma.io.drive import Drive, open_drive
 from groma.io.recording import open_recording, write_recording
-from groma.models import BeamGeometry, LaserScan, Message, Odometry, Transform
-from groma.simulation import scenario, simulate
+from groma.nouns.messages import BeamGeometry, LaserScan, Message, Odometry, Transform
+from groma.recordings.drive import Drive, open_drive
+from groma.simulation.scenes import scenario, simulate
 
 FAN = BeamGeometry(-1.0, 0.5, 0.0, 0.1, 30.0)
 RANGES = np.array([1.0, 2.0, 3.0, 4.0])

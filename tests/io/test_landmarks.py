@@ -8,7 +8,7 @@ import pytest
 
 from groma.errors import UserError
 from groma.io.landmarks import read_landmarks, write_landmarks
-from groma.mapping import Landmarks
+from groma.nouns.maps import Landmarks
 
 _ROW = {"type": "corner", "position": [0, 0], "covariance": [[1, 0], [0, 1]], "seen": 1, "visible": 1}
 

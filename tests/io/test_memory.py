@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 READ = """
 import resource, sys
-from groma.io.drive import open_drive
+from groma.recordings.drive import open_drive
 from groma.io.recording import open_recording
 drive = open_drive(open_recording(sys.argv[1]))
 print(sum(1 for _ in drive.events()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from groma.io.mounting import chain, matrix, planar
-from groma.models import Transform
+from groma.nouns.messages import Transform
+from groma.recordings.mounting import chain, matrix, planar
 
 Q = tuple[float, float, float, float]
 

@@ -8,7 +8,7 @@ from PIL import Image
 
 from groma.errors import UserError
 from groma.io.nav2_map import read_map, write_map
-from groma.mapping import OccupancyGrid
+from groma.nouns.maps import OccupancyGrid
 
 CELLS = np.array([[-1, 0, 100, 0], [100, 100, -1, 0], [0, 0, 0, -1]], dtype=np.int8)
 

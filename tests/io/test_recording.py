@@ -8,7 +8,7 @@ from made import Ros, bag1, drive_entries, drive_lines, read, refusal, text, tex
 
 from groma.errors import UserError
 from groma.io.recording import open_recording, write_recording
-from groma.models import LaserScan, Odometry
+from groma.nouns.messages import LaserScan, Odometry
 
 REFUSED = {
     "empty.log": (b"", "an empty file"),

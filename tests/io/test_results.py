@@ -9,8 +9,8 @@ import numpy as np
 from groma.io.g2o import read_g2o
 from groma.io.landmarks import read_landmarks
 from groma.io.nav2_map import read_map
-from groma.io.results import save_map
 from groma.io.trajectory import read_tum
+from groma.runs.map_files import save_map
 from ring_corridor import ring_corridor
 
 

@@ -16,7 +16,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from groma.errors import UserError
 from groma.io.containers import Channel
 from groma.io.recording import open_recording, write_recording
-from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 Make = Callable[[Path, list[Entry]], Path]
 

@@ -11,7 +11,7 @@ import pytest
 from groma.errors import UserError
 from groma.io.toml import to_toml
 from groma.io.vehicle_file import read_vehicle, vehicle_text, write_vehicle
-from groma.vehicle import PARAMETERS, Model, Scanner, Vehicle, WheelNoise, usual_noise
+from groma.nouns.vehicle import PARAMETERS, Model, Scanner, Vehicle, WheelNoise, usual_noise
 
 MODELS: tuple[Model, ...] = ("tricycle", "tricycle-asymmetric", "differential")
 

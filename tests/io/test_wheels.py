@@ -11,9 +11,9 @@ import pytest
 from groma.errors import UserError
 from groma.io.counters import Counter
 from groma.io.recording import Recording, open_recording, write_recording
-from groma.io.wheels import Wheels, read_wheels, steers
-from groma.models import JointState, Message, Odometry
-from groma.vehicle import Vehicle
+from groma.nouns.messages import JointState, Message, Odometry
+from groma.nouns.vehicle import Vehicle
+from groma.recordings.wheels import Wheels, read_wheels, steers
 
 TIMES = np.arange(0, 10, 0.1)
 

@@ -6,8 +6,8 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 
+from groma.io.camera_protocol import Stop
 from groma.link.collector import RECALL, REQUEST_MAX, Collector
-from groma.link.protocol import Stop
 
 
 def message(sequence: int, boot: str = "b0", sender: str = "cam") -> Stop:

@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from groma.camera import Camera
-from groma.camera_calibration import calibrate_camera, projection_sigmas
-from groma.camera_plan import DEFAULTS, mount
+from groma.cameras.calibration import calibrate_camera, projection_sigmas
 from groma.cli import run
 from groma.errors import UserError
 from groma.io.camera_info import write_camera_info
+from groma.io.camera_protocol import Corners, Detections, Numbered, Odometry, Stop
 from groma.io.panels import write_panels
 from groma.link.guide import Advice, Guide, aim
 from groma.link.leading import Leader, told
 from groma.link.leading import lead as lead_
-from groma.link.protocol import Corners, Detections, Numbered, Odometry, Stop
-from groma.network import KnownCamera
+from groma.nouns.camera import Camera
+from groma.nouns.network import KnownCamera
+from groma.planning.camera import DEFAULTS, mount
 from rigid import planar, spatial
 
 Pose = tuple[float, float, float]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from groma.errors import UserError
-from groma.exploration import Edge, Graph, Node, Settings, Sigma, explore, scene
+from groma.io.camera_protocol import Corners, Detections, Stop
 from groma.link.itinerary import Itinerary, Leg
-from groma.link.protocol import Corners, Detections, Stop
+from groma.nouns.building import Edge, Graph, Node
+from groma.planning.exploration import Settings, Sigma, explore, scene
 
 PANEL = Corners(panel="front", ids=(0,), u=(1.0,), v=(1.0,), sigma=(0.1,))
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from groma.errors import UserError
+from groma.io.camera_protocol import Stop, encode
 from groma.link import journal as module
 from groma.link.journal import Journal
-from groma.link.protocol import Stop, encode
 
 
 def message(sequence: int, boot: str = "b0") -> Stop:

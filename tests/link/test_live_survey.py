@@ -17,17 +17,17 @@ import pytest
 from msgspec.structs import replace
 from PIL import Image
 
+from groma.cameras.survey import LIVE, open_network, write_network
 from groma.cli import run
-from groma.detection import Detection
-from groma.exploration import Edge, Graph, Node
+from groma.io.camera_protocol import SITE, Detections, Numbered, Odometry, Stop, data_key, decode, encode
 from groma.io.link_recording import Recorder, read_messages
-from groma.io.network_recording import LIVE, open_network, write_network
 from groma.link.itinerary import Itinerary
 from groma.link.node import ROBOT
-from groma.link.protocol import SITE, Detections, Numbered, Odometry, Stop, data_key, decode, encode
 from groma.link.session import connect
 from groma.link.sight import corners
-from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
+from groma.nouns.building import Edge, Graph, Node
+from groma.nouns.detection import Detection
+from groma.simulation.network import SimulatedNetwork, network_scene, simulate_network
 
 if TYPE_CHECKING:
     import zenoh

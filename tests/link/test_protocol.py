@@ -5,7 +5,7 @@ import json
 import pytest
 
 from groma.errors import UserError
-from groma.link.protocol import Corners, Detections, Stop, checked_name, decode, encode, in_order
+from groma.io.camera_protocol import Corners, Detections, Stop, checked_name, decode, encode, in_order
 
 
 def detections(sequence: int, sender: str = "cam", boot: str = "b") -> Detections:

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from groma.link.protocol import Odometry
+from groma.io.camera_protocol import Odometry
 from groma.link.standstill import Standstill
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 import link_network
+from groma.io.camera_protocol import Detections, Numbered, Odometry, Picture, Stop, ask_key, data_key, encode, in_order
 from groma.io.link_recording import Recorder, read_messages
 from groma.link.journal import Journal
 from groma.link.node import new_boot
-from groma.link.protocol import Detections, Numbered, Odometry, Picture, Stop, ask_key, data_key, encode, in_order
 from groma.link.session import connect, listen
 from groma.link.survey import Survey
 from link_network import Lossy, made_node

@@ -15,8 +15,9 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from groma import features
-from groma.models import BeamGeometry
+from groma.features import corners as features
+from groma.nouns.arrays import Array
+from groma.nouns.messages import BeamGeometry
 
 pytestmark = pytest.mark.shared
 
@@ -25,7 +26,7 @@ SCANS = {"intel-lab": 2672, "mit-csail": 1988}
 ROUNDING = 2e-6
 
 
-def readings(log: Path) -> Iterator[features.Array]:
+def readings(log: Path) -> Iterator[Array]:
     """Ranges of the lines ``FLASER n r..`` and ``ROBOTLASER1 type start fov res max accuracy mode n r..``."""
     first = {"FLASER": 1, "ROBOTLASER1": 8}
     with gzip.open(log, "rt") as lines:

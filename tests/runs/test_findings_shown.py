@@ -11,7 +11,7 @@ import groma.cli
 from drives import drive, scene
 from findings_shown import findings_shown
 from groma.io.csv_log import write
-from groma.models import Transform
+from groma.nouns.messages import Transform
 
 COMMANDS = (
     "map {file} --resolution 0.2",

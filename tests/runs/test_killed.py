@@ -11,7 +11,7 @@ import pytest
 
 from drives import drive, scene
 from groma.io.recording import write_recording
-from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration
+from groma.simulation.vehicle import Arcs, Tricycle, calibration_scenario, simulate_calibration
 
 SCRIPT = Path(__file__).with_name("killed.py")
 LEAST_CASES = 60

@@ -13,7 +13,7 @@ import pytest
 
 import groma
 from groma.errors import EstimationError, ToldError, UserError
-from groma.findings import Finding
+from groma.nouns.findings import Finding
 from groma.runs import exchange as exchange_module
 from groma.runs.record import fingerprint, printable, shown_command
 from groma.runs.run import Run

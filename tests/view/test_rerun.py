@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from groma.errors import UserError
-from groma.mapping import OccupancyGrid
+from groma.nouns.maps import OccupancyGrid
 from groma.view.rerun import load_rerun, occupied_centres, save_rrd
 from ring_corridor import ring_corridor
 

@@ -12,7 +12,7 @@ from groma.errors import UserError
 from groma.io.target_file import read_target
 from groma.runs.camera import calibrate_camera_into
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 Lens = Literal["pinhole", "radtan", "plumb_bob", "rational", "equidistant"]
 

@@ -8,14 +8,14 @@ from typing import Annotated, Literal, get_args
 
 from cyclopts import Parameter
 
-from groma.calibration import Free
 from groma.errors import UserError
 from groma.io.quantities import amounts
+from groma.nouns.vehicle import PARAMETERS, Model
 from groma.runs.run import Run
+from groma.runs.tables import settings_of
 from groma.runs.vehicle import calibrate_into, request_of
-from groma.tables import settings_of
-from groma.vehicle import PARAMETERS, Model
-from groma.vehicle_calibration import Request
+from groma.vehicle.calibration import Free
+from groma.vehicle.recording import Request
 
 
 def vehicle(

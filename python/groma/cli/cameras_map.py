@@ -7,10 +7,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.io.network_recording import open_network
+from groma.cameras.survey import open_network
 from groma.runs.network import map_network_into
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 
 def map_(

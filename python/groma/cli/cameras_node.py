@@ -9,15 +9,15 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
+from groma.io.camera_protocol import checked_name
 from groma.io.target_file import read_target
 from groma.link.journal import Journal
 from groma.link.node import ROBOT, Node, new_boot
 from groma.link.options import Link, end_on_signal
-from groma.link.protocol import checked_name
 from groma.link.session import connect
 from groma.link.sight import sight
 from groma.link.sources import open_source
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 
 def node(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.io.network_recording import open_network, open_setup
+from groma.cameras.survey import open_network, open_setup
 from groma.io.recording import open_recording
 from groma.link.collecting import collect, recording_folder
 from groma.link.leading import leaders, tell
@@ -16,7 +16,7 @@ from groma.runs.network import map_network_into
 from groma.runs.place import check_place
 from groma.runs.record import shown_command
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 
 def survey(

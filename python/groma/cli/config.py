@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from groma.io.toml import to_toml
-from groma.tables import tables
+from groma.runs.tables import tables
 
 
 def config() -> None:

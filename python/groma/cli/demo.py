@@ -15,9 +15,9 @@ from groma.cli.demo_localization import localize_simulated
 from groma.cli.demo_map import map_simulated
 from groma.cli.demo_plan import PLANS, plan_simulated
 from groma.cli.demo_vehicle import calibrate_simulated
-from groma.report.findings_section import findings_section
+from groma.report.findings import findings_section
+from groma.report.outcome import Outcome
 from groma.report.page import Html, page, section, text
-from groma.runs.outcome import Outcome
 from groma.runs.run import Run
 
 SEED = 1

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.io.network_recording import open_network, write_network
-from groma.network import NetworkMap
-from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
-from groma.report.network_figures import current
-from groma.report.network_words import network_verdict
+from groma.cameras.survey import open_network, write_network
+from groma.nouns.network import NetworkMap
+from groma.report.network.figures import current
+from groma.report.network.words import network_verdict
 from groma.runs.network import map_network_into
 from groma.runs.record import shown_command
 from groma.runs.run import Run
+from groma.simulation.network import SimulatedNetwork, network_scene, simulate_network
 
 
 def map_simulated_cameras(whole: Run, recordings: Path, seed: int) -> tuple[NetworkMap, list[str]]:

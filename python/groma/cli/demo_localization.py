@@ -8,20 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.io.chart import read_chart
-from groma.io.drive import open_drive, open_vehicle_drive
 from groma.io.recording import write_recording
 from groma.io.vehicle_file import read_vehicle, write_vehicle
-from groma.localization_options import LocalizeOptions
-from groma.localization_simulation import Day, calibrated_vehicle, drive_scenario
-from groma.localize import Request, localize_defaults
-from groma.localized import Localized
-from groma.mapper import map_defaults
-from groma.report.localization_report import localization_verdict
+from groma.localization.drive import Request, localize_defaults
+from groma.localization.options import LocalizeOptions
+from groma.localization.result import Localized
+from groma.mapping.mapper import map_defaults
+from groma.recordings.drive import open_drive, open_vehicle_drive
+from groma.report.localization.report import localization_verdict
 from groma.runs.localization import localize_into
 from groma.runs.map import map_into
 from groma.runs.record import shown_command
 from groma.runs.run import Run
-from groma.simulation import Simulated, simulate
+from groma.simulation.localization import Day, calibrated_vehicle, drive_scenario
+from groma.simulation.scenes import Simulated, simulate
 
 CHANGED = 0.2
 """Share of the pallets that were moved since the depot was mapped."""

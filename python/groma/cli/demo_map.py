@@ -7,11 +7,11 @@ from pathlib import Path
 from groma.cli.simulate import simulate
 from groma.errors import EstimationError
 from groma.evaluation.relations import RelationErrors, evaluate_relations, read_relations
-from groma.io.drive import open_drive
 from groma.io.trajectory import read_tum
-from groma.mapper import map_defaults
-from groma.mapping import MapResult
-from groma.report.words import verdict
+from groma.mapping.mapper import map_defaults
+from groma.mapping.result import MapResult
+from groma.recordings.drive import open_drive
+from groma.report.map.words import verdict
 from groma.runs.map import map_into
 from groma.runs.record import shown_command
 from groma.runs.run import Run

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from groma.exploration import Settings
-from groma.exploration import scene as draw
-from groma.io.building import Building
+from groma.planning.building import Building
+from groma.planning.exploration import Settings
+from groma.planning.exploration import scene as draw
 from groma.runs.exploration import compare_into, plan_into
 from groma.runs.run import Run
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import msgspec
 
 from groma.io.recording import write_recording
-from groma.report.calibration_words import WORDS, amount, verdict_words
+from groma.report.vehicle.words import WORDS, amount, verdict_words
 from groma.runs.record import shown_command
 from groma.runs.run import Run
 from groma.runs.vehicle import calibrate_into
-from groma.vehicle_calibration import CalibratedVehicle, Request
-from groma.vehicle_simulation import Arcs, Tricycle, calibration_scenario, simulate_calibration, true_vehicle
+from groma.simulation.vehicle import Arcs, Tricycle, calibration_scenario, simulate_calibration, true_vehicle
+from groma.vehicle.recording import CalibratedVehicle, Request
 
 TOLERANCE = "laser_x=2mm,laser_y=2mm,laser_yaw=0.05deg,steering_offset=0.02deg"
 PERIOD = 0.2

@@ -9,11 +9,11 @@ from cyclopts import Parameter
 
 from groma.errors import UserError
 from groma.evaluation.exploration import Comparison
-from groma.exploration import SceneName
-from groma.io.building import read_building
+from groma.planning.building import read_building
+from groma.planning.exploration import SceneName
 from groma.runs.exploration import compare_into
 from groma.runs.run import Run
-from groma.tables import settings_of, typed
+from groma.runs.tables import settings_of, typed
 
 
 def exploration(

@@ -9,11 +9,11 @@ from cyclopts import Parameter
 
 from groma.errors import UserError
 from groma.evaluation.features import evaluate_features
-from groma.report.feature_report import feature_figures, feature_report, feature_tables
+from groma.report.features.report import feature_figures, feature_report, feature_tables
 from groma.report.words import count
 from groma.runs.evaluation import check_recordings, evaluated
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 
 def features(

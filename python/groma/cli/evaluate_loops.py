@@ -8,8 +8,8 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.evaluation.loops import evaluate_loops
-from groma.findings import Finding
-from groma.report.loop_report import loop_figures, loop_report, loop_tables
+from groma.nouns.findings import Finding
+from groma.report.loops.report import loop_figures, loop_report, loop_tables
 from groma.report.words import count
 from groma.runs.evaluation import check_recordings, evaluated
 from groma.runs.run import Run

@@ -8,12 +8,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.camera_plan import DEFAULTS, Stage, Tries, middle_height, mount
 from groma.errors import UserError
+from groma.planning.camera import DEFAULTS, Stage, Tries, middle_height, mount
 from groma.runs.motions import try_motions_into
 from groma.runs.run import Run
-from groma.settings import Settings
-from groma.tables import settings_of
+from groma.runs.settings import Settings
+from groma.runs.tables import settings_of
 
 
 def motions(

@@ -11,18 +11,12 @@ from groma.errors import UserError
 from groma.evaluation.association import Matching, Rule
 from groma.evaluation.reference import evaluate_reference
 from groma.evaluation.relations import evaluate_relations, read_relations
-from groma.findings import Finding
 from groma.io.left_out import left_out
 from groma.io.trajectory import Trajectory, read_tum
-from groma.report.trajectory_figures import (
-    check_associated,
-    reference_figures,
-    reference_text,
-    relation_figures,
-    relation_text,
-)
+from groma.nouns.findings import Finding
+from groma.report.trajectory import check_associated, reference_figures, reference_text, relation_figures, relation_text
 from groma.runs.run import Run
-from groma.tables import settings_of, typed
+from groma.runs.tables import settings_of, typed
 
 _NOT_PLANAR = "the relations have height, roll or pitch; only x, y and yaw are compared"
 

@@ -11,10 +11,10 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from groma.inspection import Inspection
-from groma.inspection import inspect as run
 from groma.io.recording import Recording, open_recording
-from groma.report.inspection_text import Section, as_json, sections
+from groma.recordings.inspection import Inspection
+from groma.recordings.inspection import inspect as run
+from groma.report.inspection import Section, as_json, sections
 
 
 def inspect(file: Path, /, *, json: bool = False) -> None:

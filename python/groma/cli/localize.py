@@ -10,16 +10,15 @@ from cyclopts import Parameter
 
 from groma.errors import UserError
 from groma.io.chart import read_chart
-from groma.io.drive import open_drive, open_vehicle_drive
 from groma.io.vehicle_file import read_vehicle
-from groma.localization_options import LocalizeOptions
-from groma.localize import Request
-from groma.localized import Chart
-from groma.mapping import no_landmarks
+from groma.localization.drive import Request
+from groma.localization.options import LocalizeOptions
+from groma.nouns.maps import Chart, no_landmarks
+from groma.recordings.drive import open_drive, open_vehicle_drive
 from groma.runs.kinds import check_kind, file_in
 from groma.runs.localization import localize_into
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 Mode = Literal["static", "dynamic", "mixed", "reflectors"]
 _STREAMS = ("scan_stream", "odometry_stream")

@@ -9,14 +9,14 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.io.drive import WHEELS, Drive, open_drive, open_vehicle_drive
 from groma.io.recording import Recording
 from groma.io.vehicle_file import read_vehicle
+from groma.recordings.drive import WHEELS, Drive, open_drive, open_vehicle_drive
 from groma.runs.kinds import file_in
 from groma.runs.map import map_at_poses_into, map_into
 from groma.runs.run import Run
-from groma.settings import Settings
-from groma.tables import settings_of
+from groma.runs.settings import Settings
+from groma.runs.tables import settings_of
 
 
 def map_(

@@ -8,14 +8,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from groma.camera_asked import described, mapped, read_seen
-from groma.camera_plan import DEFAULTS, Stage, middle_of_view
-from groma.floor import on_floor
 from groma.io.notes import Notes
 from groma.io.target_file import read_target
+from groma.planning.camera import DEFAULTS, Stage, middle_of_view
+from groma.planning.floor import on_floor
+from groma.planning.planned_camera import described, mapped, read_seen
 from groma.runs.camera_plan import plan_camera_into
 from groma.runs.run import Run
-from groma.tables import search_of, settings_of
+from groma.runs.tables import search_of, settings_of
 
 HEIGHT, DOWN = 2.0, 25.0
 """Of a camera whose place is not said [m, deg]."""

@@ -8,13 +8,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from groma.errors import UserError
-from groma.exploration import Budget, Goal, Lambda, SceneName, Sigma, StrategyName
-from groma.exploration import scene as draw
-from groma.io.building import Building, read_building
+from groma.planning.building import Building, read_building
+from groma.planning.exploration import Budget, Goal, Lambda, SceneName, Sigma, StrategyName
+from groma.planning.exploration import scene as draw
 from groma.runs.exploration import plan_into
 from groma.runs.run import Run
-from groma.settings import chosen
-from groma.tables import RECORDED, exploration_of, goal_table, tables
+from groma.runs.settings import chosen
+from groma.runs.tables import RECORDED, exploration_of, goal_table, tables
 
 
 def exploration(

@@ -9,16 +9,17 @@ from typing import Annotated, cast
 import numpy as np
 from cyclopts import Parameter
 
-from groma.calibration import interval_factor
 from groma.errors import UserError
 from groma.io.quantities import amounts
 from groma.io.vehicle_file import read_vehicle
+from groma.nouns.arrays import Array
+from groma.planning.vehicle import PlanLimits, plan_limits, plan_vehicle, thesis_grid
 from groma.runs.kinds import file_in
 from groma.runs.run import Run
+from groma.runs.settings import Settings, chosen
+from groma.runs.tables import tables
 from groma.runs.vehicle_plan import plan_vehicle_into
-from groma.settings import Settings, chosen
-from groma.tables import tables
-from groma.vehicle_plan import Array, PlanLimits, plan_limits, plan_vehicle, thesis_grid
+from groma.vehicle.calibration import interval_factor
 
 
 def vehicle(

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from groma.runs.promotion import promote_into
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
 
 
 def promote(

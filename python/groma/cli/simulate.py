@@ -16,9 +16,9 @@ from groma.cli.parameters import PLAIN
 from groma.cli.simulated import recording_stem, seed_of
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
-from groma.simulation import Simulated, scenario, true_relations, write_relations
-from groma.simulation import simulate as run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
+from groma.simulation.scenes import Simulated, scenario, true_relations, write_relations
+from groma.simulation.scenes import simulate as run
 
 Scene = Literal["rooms", "warehouse", "loop", "stalls", "turns", "depot"]
 

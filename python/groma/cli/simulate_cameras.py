@@ -9,15 +9,15 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from PIL import Image
 
+from groma.cameras.survey import write_network
 from groma.cli.simulated import seed_of
 from groma.io.atomic import replacing
-from groma.io.network_recording import write_network
 from groma.io.toml import to_toml
-from groma.network_simulation import SimulatedNetwork, network_scene, simulate_network
-from groma.rendered_network import Keep, rendered_messages
-from groma.rendering import Gray
+from groma.nouns.arrays import Gray
 from groma.runs.run import Run
-from groma.tables import settings_of
+from groma.runs.tables import settings_of
+from groma.simulation.network import SimulatedNetwork, network_scene, simulate_network
+from groma.simulation.rendered_network import Keep, rendered_messages
 
 Scene = Literal["corridor", "loop", "laps", "hallway"]
 

@@ -14,7 +14,10 @@ from groma.io.recording import write_recording
 from groma.io.reflector_list import write_reflectors
 from groma.io.trajectory import write_tum
 from groma.io.vehicle_file import write_vehicle
-from groma.localization_simulation import (
+from groma.runs.run import Run
+from groma.runs.settings import Settings
+from groma.runs.tables import settings_of, typed
+from groma.simulation.localization import (
     DriveName,
     Rounds,
     calibrated_vehicle,
@@ -22,10 +25,7 @@ from groma.localization_simulation import (
     drives,
     standing_reflectors,
 )
-from groma.runs.run import Run
-from groma.settings import Settings
-from groma.simulation import Scenario, Simulated, simulate
-from groma.tables import settings_of, typed
+from groma.simulation.scenes import Scenario, Simulated, simulate
 
 
 def localization(

@@ -15,9 +15,9 @@ from groma.errors import UserError
 from groma.io.recording import write_recording
 from groma.io.trajectory import write_tum
 from groma.io.vehicle_file import write_vehicle
-from groma.tables import settings_of, typed
-from groma.vehicle import Model
-from groma.vehicle_simulation import (
+from groma.nouns.vehicle import Model
+from groma.runs.tables import settings_of, typed
+from groma.simulation.vehicle import (
     Arcs,
     CalibrationDrive,
     CalibrationScenario,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from groma.errors import UserError
-from groma.settings import Settings
+from groma.runs.settings import Settings
 
 _SUFFIXES = (".csv.gz", ".csv", ".mcap")
 

@@ -18,10 +18,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.evaluation.se2 import compose, relative, wrap
 from groma.io.trajectory import Trajectory
+from groma.nouns.arrays import Array
+from groma.nouns.poses import compose, relative, wrap
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Rule = Literal["nearest", "interp"]
 

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from groma._core import Token
-from groma.exploration import (
+from groma.nouns.building import Graph
+from groma.planning.exploration import (
     RULES,
     STRATEGIES,
     WEIGHING,
     Budget,
-    Graph,
     Lambda,
     SceneName,
     Settings,

@@ -16,7 +16,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+
 Indices = NDArray[np.int64]
 
 MERGE_RADIUS = 0.2

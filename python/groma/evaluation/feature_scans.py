@@ -1,9 +1,9 @@
 """The scans of a recording that an evaluation looks at, each with the pose of the laser.
 
-Every n-th scan of the drive, in order of time (:mod:`groma.io.drive`). Poses of the vehicle are those of the odometry
-of the recording (in corrected logs these are the corrected ones) or of a given trajectory; between two of them at most
-2 s apart they are interpolated, up to 0.1 s outside the nearest stands. T_map_laser is the pose of the vehicle times
-the mounting that the recording tells, at the stamp of the first beam: motion within a sweep is not taken out.
+Every n-th scan of the drive, in order of time (:mod:`groma.recordings.drive`). Poses of the vehicle are those of the
+odometry of the recording (in corrected logs these are the corrected ones) or of a given trajectory; between two of them
+at most 2 s apart they are interpolated, up to 0.1 s outside the nearest stands. T_map_laser is the pose of the vehicle
+times the mounting that the recording tells, at the stamp of the first beam: motion within a sweep is not taken out.
 """
 
 from __future__ import annotations
@@ -12,19 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.evaluation.association import Matching, look_up
-from groma.evaluation.se2 import compose
-from groma.findings import Finding
-from groma.io.drive import Drive, open_drive
 from groma.io.left_out import left_out
 from groma.io.recording import Recording
 from groma.io.trajectory import Trajectory, read_tum
-from groma.models import LaserScan, Odometry
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.findings import Finding
+from groma.nouns.messages import LaserScan, Odometry
+from groma.nouns.poses import compose
+from groma.recordings.drive import Drive, open_drive
 
 _NEAR_S, _GAP_S = 0.1, 2.0
 

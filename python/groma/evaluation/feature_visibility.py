@@ -18,10 +18,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.evaluation.se2 import wrap
-from groma.models import LaserScan
+from groma.nouns.arrays import Array
+from groma.nouns.messages import LaserScan
+from groma.nouns.poses import wrap
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 

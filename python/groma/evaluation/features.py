@@ -29,11 +29,11 @@ from groma.errors import EstimationError
 from groma.evaluation.feature_landmarks import sightings
 from groma.evaluation.feature_scans import PosedScans
 from groma.evaluation.feature_visibility import Views
-from groma.evaluation.se2 import compose, relative
-from groma.features import Keypoints, falko_batch
-from groma.models import BeamGeometry
+from groma.features.corners import Keypoints, falko_batch
+from groma.nouns.arrays import Array
+from groma.nouns.messages import BeamGeometry
+from groma.nouns.poses import compose, relative
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Detect = Callable[[Sequence[Array], BeamGeometry], list[Keypoints]]
 """Finds the keypoints of scans of one geometry."""

@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 from groma.errors import EstimationError
 from groma.evaluation.feature_scans import PosedScans
 from groma.evaluation.revisits import revisits
-from groma.evaluation.se2 import relative
-from groma.recognition import Recognition, recognition_defaults, recognize
+from groma.mapping.recognition import Recognition, recognition_defaults, recognize
+from groma.nouns.arrays import Array
+from groma.nouns.poses import relative
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 

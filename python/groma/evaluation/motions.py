@@ -17,7 +17,7 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from groma._core import Token
-from groma.camera_plan import DEFAULTS, MOTIONS, Sitting, Stage, Studied, Tried, Tries, study_sitting, try_motion
+from groma.planning.camera import DEFAULTS, MOTIONS, Sitting, Stage, Studied, Tried, Tries, study_sitting, try_motion
 
 A = TypeVar("A")
 B = TypeVar("B")

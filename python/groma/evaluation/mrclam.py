@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.errors import UserError
-from groma.evaluation.se2 import wrap
 from groma.io.table import read_table
-from groma.localization import Localizer, Observations, Pose
-from groma.mapping import Landmarks
+from groma.localization.localizer import Localizer, Observations, Pose
+from groma.nouns.arrays import Array
+from groma.nouns.maps import Landmarks
+from groma.nouns.poses import wrap
 
-Array = NDArray[np.float64]
 _MOST_STEP = 0.1
 """Motions are integrated in steps of this at most [s]."""
 

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.evaluation.association import Matching, look_up
-from groma.evaluation.se2 import compose, relative
 from groma.io.trajectory import Trajectory
+from groma.nouns.arrays import Array
+from groma.nouns.poses import compose, relative
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 LENGTHS = (1.0, 10.0, 100.0)

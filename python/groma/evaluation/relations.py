@@ -1,6 +1,7 @@
 """The relations metric: how well an estimate keeps hand-checked relative poses.
 
 A relations file has one true relative pose a line, ``t_i t_j x y z roll pitch yaw`` (m, rad): the robot at t_j, seen
+from groma.nouns.arrays import Array
 from the robot at t_i. With the estimate x,
 
     d_ij    = x_i^-1 x_j,    e_ij = d*_ij^-1 d_ij
@@ -19,15 +20,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.evaluation.association import Matching, look_up
-from groma.evaluation.se2 import relative
 from groma.io.table import read_table
 from groma.io.trajectory import Trajectory
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.poses import relative
 
 _FLAT = 1e-6
 

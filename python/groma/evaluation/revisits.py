@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from groma.evaluation.feature_visibility import FARTHEST, NEAREST, Views
-from groma.evaluation.se2 import compose, relative
-from groma.models import LaserScan
+from groma.nouns.arrays import Array
+from groma.nouns.messages import LaserScan
+from groma.nouns.poses import compose, relative
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 NEAR_M = 0.5

@@ -19,12 +19,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.io.notes import Notes
-from groma.models import BeamGeometry
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.messages import BeamGeometry
 
 RANGE_MIN = 0.01
 """Readings below are no surface: scanners report 0 for a failed beam [m]."""

@@ -22,11 +22,11 @@ import msgspec
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from groma.bounds import in_file, require_all
 from groma.errors import UserError
-from groma.exploration import Edge, Graph, Node, check
 from groma.io.atomic import write_text
 from groma.io.table import read_bytes
+from groma.nouns.bounds import in_file, require_all
+from groma.nouns.building import Edge, Graph, Node, check
 
 Point = tuple[float, float]
 

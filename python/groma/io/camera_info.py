@@ -16,10 +16,10 @@ from pathlib import Path
 
 import msgspec
 
-from groma.camera import Camera
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.yaml_file import converted, read_yaml
+from groma.nouns.camera import Camera
 
 _LENSES = {
     "plumb_bob": "plumb_bob",

@@ -19,14 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.bounds import OutOfRangeError, is_within
 from groma.io import beams
 from groma.io.carmen_lines import LaserConfig, LineError, Pose, ScanLine, Tokens, number, parse_odom
 from groma.io.carmen_survey import SCAN_PARSERS, SYNTHETIC_PERIOD, Survey, differ, mount_of, survey
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import BeamGeometry, LaserScan, Message, Odometry, Transform
+from groma.nouns.bounds import OutOfRangeError, is_within
+from groma.nouns.messages import BeamGeometry, LaserScan, Message, Odometry, Transform
 
 TAGS = (*(tag.decode() for tag in SCAN_PARSERS), "ODOM", "PARAM", "SYNC", "TRUEPOS", "LASER3", "LASER4")
 _PRINT_QUANTUM = 1e-6

@@ -17,11 +17,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from groma.bounds import require
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import require
 
-Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
 Tokens = Sequence[bytes]
 

@@ -20,7 +20,6 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.bounds import OutOfRangeError
 from groma.io import beams
 from groma.io.carmen_lines import (
     LineError,
@@ -35,6 +34,8 @@ from groma.io.carmen_lines import (
 from groma.io.notes import Notes
 from groma.io.sampling import SAMPLE, Sample
 from groma.io.text_lines import numbered_lines
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import OutOfRangeError
 
 LOOKED_AT = 64 << 20
 SYNTHETIC_PERIOD = 1.0
@@ -158,7 +159,7 @@ def choose_clock(stamps: list[Tokens]) -> str:
     return "logger" if fields == 3 and _runs(last) else "none"
 
 
-def _numbers(column: Iterable[bytes]) -> beams.Array:
+def _numbers(column: Iterable[bytes]) -> Array:
     def value(token: bytes) -> float:
         try:
             return float(token)
@@ -168,12 +169,12 @@ def _numbers(column: Iterable[bytes]) -> beams.Array:
     return np.array([value(token) for token in column])
 
 
-def _are_seconds_and_microseconds(stamps: list[Tokens], first: beams.Array, last: beams.Array) -> bool:
+def _are_seconds_and_microseconds(stamps: list[Tokens], first: Array, last: Array) -> bool:
     whole = all(fields[0].isdigit() and fields[2].isdigit() for fields in stamps)
     return whole and bool(first.min() > 1e8 and last.max() < 1e6)
 
 
-def _runs(times: beams.Array) -> bool:
+def _runs(times: Array) -> bool:
     """Whether times of successive lines can be a clock; a single one can."""
     finite = np.isfinite(times)
     if finite.mean() < 0.95:

@@ -8,8 +8,7 @@ from groma.errors import UserError
 from groma.io.landmarks import read_landmarks
 from groma.io.nav2_map import read_map
 from groma.io.reflector_list import read_reflectors
-from groma.localized import Chart
-from groma.mapping import no_landmarks
+from groma.nouns.maps import Chart, no_landmarks
 
 
 def read_chart(path: Path) -> Chart:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from groma.bounds import require
+from groma.nouns.bounds import require
 
 
 class Counter:

@@ -23,7 +23,6 @@ from typing import IO, cast
 
 import numpy as np
 
-from groma.bounds import OutOfRangeError
 from groma.errors import UserError
 from groma.io.atomic import replacing
 from groma.io.carmen_lines import LineError, Tokens, number, parse_ranges
@@ -32,7 +31,8 @@ from groma.io.csv_ticks import Encoders
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 HEADER = """\
 # groma csv 1

@@ -16,10 +16,10 @@ from typing import Literal
 
 import numpy as np
 
-from groma.bounds import require
 from groma.io.carmen_lines import LineError, Tokens, number
 from groma.io.counters import Counter
-from groma.models import JointState
+from groma.nouns.bounds import require
+from groma.nouns.messages import JointState
 
 
 @dataclass(slots=True)

@@ -10,7 +10,6 @@ import math
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from groma.bounds import OutOfRangeError
 from groma.io import beams
 from groma.io.carmen_lines import LineError, Pose, Tokens, parse_ranges, plane_pose
 from groma.io.carmen_survey import LOOKED_AT, SYNTHETIC_PERIOD
@@ -18,7 +17,9 @@ from groma.io.notes import Notes
 from groma.io.sampling import Sample
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import LaserScan, Message, Odometry
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.messages import LaserScan, Message, Odometry
 
 TAGS = ("Odometry", "Laser")
 
@@ -81,7 +82,7 @@ def _pose(tokens: Tokens) -> Pose:
     return plane_pose(tokens[1:])
 
 
-def _ranges(tokens: Tokens, notes: Notes) -> beams.Array:
+def _ranges(tokens: Tokens, notes: Notes) -> Array:
     ranges, unreadable, end = parse_ranges(tokens, 1)
     if end != len(tokens):
         raise LineError(f"announces {len(ranges)} readings and has {len(tokens) - 2}")
@@ -92,7 +93,7 @@ def _ranges(tokens: Tokens, notes: Notes) -> beams.Array:
 
 def _look(path: Path) -> tuple[float | None, dict[str, int], bool]:
     """Return the no-return value, the lines by tag and whether that is all of them."""
-    sample: Sample[tuple[beams.Array, tuple[float, float]]] = Sample()
+    sample: Sample[tuple[Array, tuple[float, float]]] = Sample()
     counts = dict.fromkeys(TAGS, 0)
     place = (0.0, 0.0)
     looked = 0
@@ -115,5 +116,5 @@ def _look(path: Path) -> tuple[float | None, dict[str, int], bool]:
     return _infer(sample), counts, True
 
 
-def _infer(sample: Sample[tuple[beams.Array, tuple[float, float]]]) -> float | None:
+def _infer(sample: Sample[tuple[Array, tuple[float, float]]]) -> float | None:
     return beams.infer_no_return([ranges for ranges, _ in sample.kept], [place for _, place in sample.kept])

@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.bounds import OutOfRangeError, require, require_all
 from groma.io.carmen_lines import LineError, number
 from groma.io.counters import Counter, shorter_way
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import JointState, Message, Odometry
+from groma.nouns.bounds import OutOfRangeError, require, require_all
+from groma.nouns.messages import JointState, Message, Odometry
 
 HEAD = re.compile(rb"\A(#[^\n]*\n)*#? ?kinematic_model")
 JOINTS, MODEL, TRACKER = "joints", "model_pose", "tracker_pose"

@@ -21,12 +21,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.bounds import in_file, require, require_all
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import floats, lines
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import in_file, require, require_all
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _UPPER = np.triu_indices(3)

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from groma.errors import UserError
 from groma.io.notes import Notes
-from groma.vision import load_opencv
-
-Gray = NDArray[np.uint8]
+from groma.io.opencv import load_opencv
+from groma.nouns.arrays import Gray
 
 SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".webp"})
 VIDEOS = frozenset({".mp4", ".avi", ".mkv", ".mov", ".m4v", ".webm", ".mjpg"})

@@ -16,10 +16,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.camera import Camera
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.yaml_file import converted, read_yaml
+from groma.nouns.camera import Camera
 
 _LENSES = {"none": "pinhole", "radtan": "radtan", "equidistant": "equidistant"}
 _MODELS = {lens: model for model, lens in _LENSES.items()}

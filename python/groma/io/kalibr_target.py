@@ -15,7 +15,7 @@ import msgspec
 
 from groma.errors import UserError
 from groma.io.yaml_file import converted, read_yaml
-from groma.target import Chessboard, Panel, Pattern, TagGrid, Target
+from groma.nouns.target import Chessboard, Panel, Pattern, TagGrid, Target
 
 PANEL = "panel"
 """Name that the panel gets."""

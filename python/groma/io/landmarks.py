@@ -13,11 +13,11 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.bounds import in_file
 from groma.errors import UserError
 from groma.io.atomic import write_bytes
 from groma.io.table import read_bytes
-from groma.mapping import Landmarks
+from groma.nouns.bounds import in_file
+from groma.nouns.maps import Landmarks
 
 Pair = tuple[float, float]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from groma.findings import Finding
+from groma.nouns.findings import Finding
 
 _CODES = (
     ("motions: ", "motions-left-out"),

@@ -15,9 +15,9 @@ from typing import IO, Any
 import msgspec
 
 from groma.errors import UserError
+from groma.io.camera_protocol import AnyMessage, Detections, Health, Odometry, Stop, decode
 from groma.io.containers import CutError
 from groma.io.mcap import Mcap
-from groma.link.protocol import AnyMessage, Detections, Health, Odometry, Stop, decode
 
 PREFIX = "groma."
 """Of the names of the schemas."""

@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from groma.bounds import OutOfRangeError, require
 from groma.io.carmen_lines import LineError, number
 from groma.io.counters import Counter
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import BeamGeometry, JointState, LaserScan, Message
+from groma.nouns.bounds import OutOfRangeError, require
+from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message
 
 BEAMS, BEFORE = 682, 25
 HEAD = re.compile(rb"\A(-?[\d.]+[ \t]+){%d}" % (BEFORE + BEAMS - 1))

@@ -18,12 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from groma import _core
-from groma.bounds import OutOfRangeError, require_all
 from groma.io.carmen_lines import LineError, Pose
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
-from groma.models import Array, JointState, Message, Odometry
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import OutOfRangeError, require_all
+from groma.nouns.messages import JointState, Message, Odometry
 
 HEAD = re.compile(rb'\A\s*\{[^\n]*"phi_l"')
 JOINTS, POSES = "wheels", "laser_poses"

@@ -26,11 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from groma.bounds import in_file
 from groma.errors import UserError
 from groma.io.atomic import write_bytes, write_text
 from groma.io.yaml_file import converted, read_yaml
-from groma.mapping import OccupancyGrid
+from groma.nouns.bounds import in_file
+from groma.nouns.maps import OccupancyGrid
 
 Grey = NDArray[np.uint8]
 Cells = NDArray[np.int8]

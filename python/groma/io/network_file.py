@@ -11,18 +11,16 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from groma import _core
-from groma.bounds import in_file, require, require_all
-from groma.camera import Camera
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.panels import rpy
 from groma.io.table import read_bytes
-from groma.network import MappedCamera, NetworkMap
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import in_file, require, require_all
+from groma.nouns.camera import Camera
+from groma.nouns.network import MappedCamera, NetworkMap
 
 VERSION = 1
 _ORDER = ["x", "y", "z", "rot_x", "rot_y", "rot_z"]

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
-from groma.bounds import OutOfRangeError
-from groma.findings import Finding
+from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.findings import Finding
 
 KEPT = 5
 """Malformed records that are told one by one; the rest is only counted."""

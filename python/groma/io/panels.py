@@ -11,8 +11,8 @@
     xyz = [0.35, 0.0, 0.60]      # origin of the panel's frame seen from the robot [m]
     rpy = [1.5708, 0.0, 1.5708]  # its rotation, as in URDF: about x, then y, then z of the robot [rad]
 
-What is left out has the default of :mod:`groma.target`; xyz and rpy are zero, which serves to calibrate a camera but
-not to map a network. The rpy above lets the panel look ahead (its z is the robot's x, its y the robot's z); add the
+What is left out has the default of :mod:`groma.nouns.target`; xyz and rpy are zero, which serves to calibrate a camera
+but not to map a network. The rpy above lets the panel look ahead (its z is the robot's x, its y the robot's z); add the
 heading to the last angle for another direction.
 """
 
@@ -29,7 +29,7 @@ from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_bytes
 from groma.io.toml import to_toml
-from groma.target import Panel, Pattern, Target
+from groma.nouns.target import Panel, Pattern, Target
 
 Quaternion = tuple[float, float, float, float]
 

@@ -18,7 +18,7 @@ from groma.io.foreign import looks_like
 from groma.io.notes import Notes
 from groma.io.streams import Stream
 from groma.io.text_lines import head
-from groma.models import Message
+from groma.nouns.messages import Message
 
 _HEAD = 1 << 16
 

@@ -10,15 +10,13 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from groma.bounds import in_file, require, require_all
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_bytes
-from groma.mapping import Landmarks
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import in_file, require, require_all
+from groma.nouns.maps import Landmarks
 
 SIGMA = 0.003
 """Of a surveyed coordinate [m]."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from groma.vehicle import Vehicle
+from groma.nouns.vehicle import Vehicle
 
 
 def urdf_joint(vehicle: Vehicle, base: str = "base_link", laser: str = "laser") -> str:

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from groma.bounds import OutOfRangeError, is_within
 from groma.io import beams
 from groma.io.containers import Channel
 from groma.io.notes import Notes
 from groma.io.streams import Kind
-from groma.models import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.bounds import OutOfRangeError, is_within
+from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
 
 KINDS = {
     "sensor_msgs/msg/LaserScan": Kind.SCAN,

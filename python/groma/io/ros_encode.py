@@ -32,7 +32,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from groma.errors import UserError
-from groma.models import JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.messages import JointState, LaserScan, Message, Odometry, Transform
 
 _STORE = get_typestore(Stores.ROS2_JAZZY)
 _T: dict[str, Any] = dict(_STORE.types)

@@ -15,7 +15,6 @@ from pathlib import Path, PurePath
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from groma.bounds import OutOfRangeError
 from groma.errors import UserError
 from groma.io import bag1, db3, mcap
 from groma.io.bag1 import Bag1
@@ -25,7 +24,8 @@ from groma.io.mcap import Mcap
 from groma.io.notes import Notes
 from groma.io.ros_decode import KINDS, DecodeError, Decoder
 from groma.io.streams import Stream
-from groma.models import Message
+from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.messages import Message
 
 _NAMES: dict[type, str] = {Bag1: "ROS 1 bag", Mcap: "MCAP", Db3: "ROS 2 bag (sqlite3)"}
 _ENCODINGS = ("ros1", "cdr")

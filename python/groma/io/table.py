@@ -12,11 +12,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.errors import UserError
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
 
 
 def read_bytes(path: Path) -> bytes:

@@ -7,7 +7,7 @@ from pathlib import Path
 from groma.errors import UserError
 from groma.io.kalibr_target import read_kalibr_target
 from groma.io.panels import read_panels
-from groma.target import Target
+from groma.nouns.target import Target
 
 
 def read_target(path: Path) -> Target:

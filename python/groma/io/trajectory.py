@@ -18,12 +18,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from groma.bounds import are_within
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_table
-
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
+from groma.nouns.bounds import are_within
 
 
 @dataclass(frozen=True, slots=True)

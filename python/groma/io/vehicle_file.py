@@ -44,7 +44,8 @@ import numpy as np
 from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.toml import to_toml
-from groma.vehicle import COMMON, JOINTS, PARAMETERS, Array, Model, Scanner, Unit, Vehicle, WheelNoise, usual_noise
+from groma.nouns.arrays import Array
+from groma.nouns.vehicle import COMMON, JOINTS, PARAMETERS, Model, Scanner, Unit, Vehicle, WheelNoise, usual_noise
 
 _KEYS = {"version", "unit", "joints", "delay", "drive", "noise", "scanners", "covariance"}
 _KEYS_1 = {"version", "model", "unit", "joints", "parameters", "covariance"}

@@ -15,19 +15,19 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from groma.cameras.survey import LIVE
 from groma.errors import UserError
-from groma.findings import Finding
+from groma.io.camera_protocol import Numbered
 from groma.io.link_recording import Recorder
-from groma.io.network_recording import LIVE
 from groma.io.recording import Recording
 from groma.link.leading import Leader, lead, tell
 from groma.link.node import new_boot
 from groma.link.options import Link, end_on_signal
-from groma.link.protocol import Numbered
 from groma.link.robot import Robot
 from groma.link.session import connect, listen
 from groma.link.survey import Peer, Survey
-from groma.models import Odometry
+from groma.nouns.findings import Finding
+from groma.nouns.messages import Odometry
 
 ROOT = Path("recordings")
 _PERIOD = 0.5

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from groma.link.protocol import Again, Numbered
+from groma.io.camera_protocol import Again, Numbered
 
 REQUEST_MAX = 200
 """Messages asked for at once."""
@@ -69,7 +69,7 @@ class Collector:
     Examples
     --------
     >>> from groma.link.collector import Collector
-    >>> from groma.link.protocol import Stop
+    >>> from groma.io.camera_protocol import Stop
     >>> stops = [Stop(sender="robot", boot="b", sequence=i, stop=i, stamp=0.0, standing=True) for i in range(4)]
     >>> collector = Collector()
     >>> [collector.take(stops[i]) for i in (0, 3, 3)]

@@ -14,15 +14,15 @@ from dataclasses import dataclass, field
 
 from msgspec.structs import replace
 
-from groma.camera_calibration import panel_pose
-from groma.camera_plan import DEFAULTS, Search, Stage, Stop, plan_camera
-from groma.detection import Detection
+from groma.cameras.calibration import panel_pose
+from groma.cameras.survey_messages import to_detection
 from groma.errors import UserError
-from groma.floor import Mount, Pose, camera_by_panel, foot_and_mount, from_floor, on_floor
-from groma.io.link_messages import to_detection
-from groma.link import protocol
-from groma.network import KnownCamera
-from groma.target import Panel, Target
+from groma.io import camera_protocol as protocol
+from groma.nouns.detection import Detection
+from groma.nouns.network import KnownCamera
+from groma.nouns.target import Panel, Target
+from groma.planning.camera import DEFAULTS, Search, Stage, Stop, plan_camera
+from groma.planning.floor import Mount, Pose, camera_by_panel, foot_and_mount, from_floor, on_floor
 
 
 def aim(sigma: float) -> Search:

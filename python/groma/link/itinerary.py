@@ -1,7 +1,7 @@
 """Where to drive next through a building while a survey runs: from camera to camera, by who sees the robot.
 
 The building is drawn (docs/reference/camera_graph.md), its places bearing the names of their cameras. The robot is led
-by `groma.explorer.Explorer`: what a place looks like comes from the drawing, on arrival. A stop brings the
+by `groma.planning.explorer.Explorer`: what a place looks like comes from the drawing, on arrival. A stop brings the
 robot to the place it was sent to when the camera there sees it. When neither that camera nor the one it comes from does
 by the end of the stop, but others do, it has gone to the nearest of these by the shortest way, and plans anew. Places
 without a camera are passed without a word.
@@ -17,9 +17,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from groma.errors import UserError
-from groma.exploration import Graph, Settings
-from groma.explorer import Explorer, Place
-from groma.link.protocol import Detections, Numbered, Stop
+from groma.io.camera_protocol import Detections, Numbered, Stop
+from groma.nouns.building import Graph
+from groma.planning.exploration import Settings
+from groma.planning.explorer import Explorer, Place
 
 Point = tuple[float, float]
 End = tuple[int, int]

@@ -12,7 +12,7 @@ import os
 from pathlib import Path
 
 from groma.errors import UserError
-from groma.link.protocol import Numbered, encode
+from groma.io.camera_protocol import Numbered, encode
 
 SIZE_MAX = 256 << 20
 """Bytes of older boots that are kept."""

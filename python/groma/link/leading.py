@@ -8,13 +8,13 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from groma.cameras.survey import NetworkRecording
 from groma.errors import UserError
 from groma.io.camera_graph import read_graph
-from groma.io.network_recording import NetworkRecording
+from groma.io.camera_protocol import Numbered
 from groma.link.guide import Advice, Guide, aim
 from groma.link.itinerary import Itinerary
-from groma.link.protocol import Numbered
-from groma.report.camera_plan_report import instruction
+from groma.report.camera_plan.report import instruction
 from groma.report.words import pixels
 
 Leader = Callable[[Numbered], str | None]

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING
 from PIL import Image
 
 from groma.errors import UserError
-from groma.link.journal import Journal
-from groma.link.protocol import (
+from groma.io.camera_protocol import (
     Again,
     Corners,
     Detections,
@@ -34,6 +33,7 @@ from groma.link.protocol import (
     encode,
     health_key,
 )
+from groma.link.journal import Journal
 from groma.link.sources import Grey, Source
 
 if TYPE_CHECKING:

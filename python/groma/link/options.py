@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 
 from groma.errors import UserError
-from groma.link.protocol import SITE
+from groma.io.camera_protocol import SITE
 from groma.link.session import ENDPOINT, Keys
 
 

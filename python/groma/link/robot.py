@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from groma.io.camera_protocol import SITE, Odometry, data_key, encode
 from groma.link.node import new_boot
-from groma.link.protocol import SITE, Odometry, data_key, encode
 
 if TYPE_CHECKING:
     import zenoh

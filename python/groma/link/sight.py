@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from groma.detection import Detection
+from groma.cameras.vision import detect
+from groma.io.camera_protocol import Corners
 from groma.link.node import Detect
-from groma.link.protocol import Corners
 from groma.link.sources import Grey
-from groma.target import Target
-from groma.vision import detect
+from groma.nouns.detection import Detection
+from groma.nouns.target import Target
 
 
 def sight(target: Target) -> Detect:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from groma.errors import UserError
 from groma.io.images import count_images, read_images
 from groma.io.notes import Notes
-from groma.vision import load_opencv
+from groma.io.opencv import load_opencv
 
 Grey = NDArray[np.uint8]
 _BUFFERED = 4

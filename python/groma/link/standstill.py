@@ -7,7 +7,7 @@ gone on as soon as it is two millimetres or a fifth of a degree from where it be
 from __future__ import annotations
 
 from groma import _core
-from groma.link.protocol import Odometry
+from groma.io.camera_protocol import Odometry
 
 
 class Standstill:
@@ -15,7 +15,7 @@ class Standstill:
 
     Examples
     --------
-    >>> from groma.link.protocol import Odometry
+    >>> from groma.io.camera_protocol import Odometry
     >>> from groma.link.standstill import Standstill
     >>> still = Standstill()
     >>> def pose(i, x):

@@ -16,10 +16,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from groma.errors import UserError
-from groma.io.link_recording import Recorder
-from groma.link.collector import Collector, Tally
-from groma.link.node import ROBOT
-from groma.link.protocol import (
+from groma.io.camera_protocol import (
     Again,
     Detections,
     Health,
@@ -33,6 +30,9 @@ from groma.link.protocol import (
     health_key,
     key,
 )
+from groma.io.link_recording import Recorder
+from groma.link.collector import Collector, Tally
+from groma.link.node import ROBOT
 from groma.link.standstill import Standstill
 
 if TYPE_CHECKING:

@@ -18,9 +18,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from groma.nouns.arrays import Array
 
 INK, MUTED, LINE = "#1b1b1a", "#6b6a65", "#cfcdc6"
 FINAL, TRACKED, ODOMETRY = "#0072b2", "#e69f00", "#8a8983"

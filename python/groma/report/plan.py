@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from groma.mapping import OccupancyGrid
+from groma.nouns.arrays import Array
+from groma.nouns.maps import OccupancyGrid
 from groma.report import drawing
 from groma.report.drawing import INK, WIDTH
 
-Array = NDArray[np.float64]
 Extent = tuple[float, float, float, float]
 
 LARGEST_IMAGE = 1400

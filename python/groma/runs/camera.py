@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from groma.camera_calibration import CameraCalibration, calibrate_camera
-from groma.camera_findings import camera_findings, sighting_findings
-from groma.camera_images import Sightings, find_targets
+from groma.cameras.calibration import CameraCalibration, calibrate_camera
+from groma.cameras.detection_cache import DetectionCache
+from groma.cameras.images import Sightings, find_targets
 from groma.errors import EstimationError
-from groma.io.camera_results import save_camera
-from groma.io.detections import DetectionCache
 from groma.io.images import count_images, read_images
 from groma.io.notes import Notes
-from groma.report.camera_figures import camera_figures
-from groma.report.camera_report import camera_report, verdict
+from groma.nouns.target import Target
+from groma.report.camera.figures import camera_figures
+from groma.report.camera.findings import camera_findings, sighting_findings
+from groma.report.camera.report import camera_report, verdict
+from groma.runs.camera_files import save_camera
 from groma.runs.run import Run
-from groma.settings import Settings
-from groma.target import Target
+from groma.runs.settings import Settings
 
 
 def calibrate_camera_into(run: Run, images: Path, panels: Target, settings: Settings, name: str) -> CameraCalibration:

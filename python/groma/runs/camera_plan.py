@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from groma.camera_asked import Asked
-from groma.camera_plan import CameraPlan, Judged, Search, Stage, middle_of_view, plan_camera, ranked
-from groma.detection import Detection
-from groma.findings import Finding
-from groma.floor import Pose
-from groma.io.camera_drive import write_camera_plan, write_camera_waypoints
-from groma.report.camera_plan_report import camera_plan_report, plan_verdict
+from groma.nouns.detection import Detection
+from groma.nouns.findings import Finding
+from groma.planning.camera import CameraPlan, Judged, Search, Stage, middle_of_view, plan_camera, ranked
+from groma.planning.floor import Pose
+from groma.planning.planned_camera import Asked
+from groma.report.camera_plan.report import camera_plan_report, plan_verdict
+from groma.runs.camera_plan_files import write_camera_plan, write_camera_waypoints
 from groma.runs.run import Run
-from groma.tables import search_table
+from groma.runs.tables import search_table
 
 
 def plan_camera_into(

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from groma.evaluation.exploration import Matched, Traded, matched, trade_offs
-from groma.exploration import Budget, Goal, Graph, Settings, Sigma, Tried, explore, try_walk
-from groma.exploration import Run as Explored
-from groma.findings import Finding
-from groma.io.building import Building
 from groma.io.camera_graph import write_graph
-from groma.io.drive_plan import write_route, write_waypoints
-from groma.report.exploration_pictures import animation
-from groma.report.exploration_report import comparison_report, comparison_verdict, match_line, plan_report, verdict
+from groma.nouns.building import Graph
+from groma.nouns.findings import Finding
+from groma.planning.building import Building
+from groma.planning.exploration import Budget, Goal, Settings, Sigma, Tried, explore, try_walk
+from groma.planning.exploration import Run as Explored
+from groma.planning.waypoints import write_route, write_waypoints
+from groma.report.exploration.pictures import animation
+from groma.report.exploration.report import comparison_report, comparison_verdict, match_line, plan_report, verdict
 from groma.runs.progress import Show
 from groma.runs.run import Run
 

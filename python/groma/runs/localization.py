@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from groma.io.drive import Drive
-from groma.io.localization_results import save_localized
-from groma.localize import Request, localize_drive
-from groma.localized import Localized
-from groma.report.localization_figures import localization_figures
-from groma.report.localization_report import localization_report, localization_verdict
+from groma.localization.drive import Request, localize_drive
+from groma.localization.result import Localized
+from groma.recordings.drive import Drive
+from groma.report.localization.figures import localization_figures
+from groma.report.localization.report import localization_report, localization_verdict
+from groma.runs.localization_files import save_localized
 from groma.runs.run import Run
 
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from groma.io.drive import Drive
-from groma.io.results import save_map, save_survey
 from groma.io.trajectory import read_tum
-from groma.mapper import map_drive
-from groma.mapping import MapResult
-from groma.report.figures import map_figures
-from groma.report.map_report import map_report
-from groma.report.words import verdict
+from groma.mapping.known_poses import survey
+from groma.mapping.mapper import map_drive
+from groma.mapping.result import MapResult
+from groma.recordings.drive import Drive
+from groma.report.map.figures import map_figures
+from groma.report.map.report import map_report
+from groma.report.map.words import verdict
+from groma.runs.map_files import save_map, save_survey
 from groma.runs.run import Run
-from groma.settings import Settings
-from groma.survey import survey
+from groma.runs.settings import Settings
 
 
 def map_into(run: Run, drive: Drive, settings: Settings) -> MapResult:

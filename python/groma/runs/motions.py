@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 
-from groma.camera import Camera
-from groma.camera_plan import Stage, Tried, Tries
 from groma.evaluation.motions import Varied, study, try_motions
-from groma.report.motions_report import motions_report, motions_verdict, shares
+from groma.nouns.camera import Camera
+from groma.planning.camera import Stage, Tried, Tries
+from groma.report.motions.report import motions_report, motions_verdict, shares
 from groma.report.words import short
 from groma.runs.run import Run
 

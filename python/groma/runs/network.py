@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from groma.cameras.network import NetworkMapper
+from groma.cameras.survey import NetworkRecording
 from groma.errors import EstimationError
-from groma.io.network_recording import NetworkRecording
-from groma.io.network_results import save_network
-from groma.network import NetworkMap, NetworkMapper
-from groma.report.network_figures import network_figures
-from groma.report.network_report import network_report
-from groma.report.network_words import network_verdict
+from groma.nouns.network import NetworkMap
+from groma.report.network.figures import network_figures
+from groma.report.network.report import network_report
+from groma.report.network.words import network_verdict
+from groma.runs.network_files import save_network
 from groma.runs.run import Run
-from groma.settings import Settings
+from groma.runs.settings import Settings
 
 
 def map_network_into(run: Run, recording: NetworkRecording, settings: Settings) -> NetworkMap:

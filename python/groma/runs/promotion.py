@@ -8,7 +8,7 @@ from pathlib import Path
 
 from groma.errors import UserError
 from groma.io.landmarks import read_landmarks, write_landmarks
-from groma.promotion import promote
+from groma.mapping.promotion import promote
 from groma.runs.kinds import check_kind
 from groma.runs.run import Run
 
@@ -27,7 +27,7 @@ def promote_into(run: Run, chart: Path, drives: Sequence[Path], settings: Mappin
     drives
         Folders of localized drives, one a day.
     settings
-        Those of :func:`groma.promotion.promotion_defaults`.
+        Those of :func:`groma.mapping.promotion.promotion_defaults`.
 
     Raises
     ------

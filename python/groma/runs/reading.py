@@ -10,7 +10,7 @@ from groma._core import Token
 from groma.io.notes import Notes
 from groma.io.recording import Recording
 from groma.io.streams import Stream
-from groma.models import Message
+from groma.nouns.messages import Message
 
 
 @dataclass(frozen=True, slots=True)

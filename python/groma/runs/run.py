@@ -32,20 +32,20 @@ from typing import Self, TypeVar
 
 from groma._core import Token
 from groma.errors import EstimationError, ToldError, UserError
-from groma.findings import Finding, verdict
 from groma.io.atomic import write_bytes, write_text
 from groma.io.recording import Recording, open_recording
 from groma.io.toml import to_toml
-from groma.report.run_report import plain_report
+from groma.nouns.findings import Finding, verdict
+from groma.report.finding_lines import in_order, line
+from groma.report.outcome import Json, Outcome, document, to_json
+from groma.report.run import plain_report
 from groma.runs.interrupts import cancelling
 from groma.runs.latest import point_latest
-from groma.runs.outcome import Json, Outcome, document, to_json
 from groma.runs.ownership import RECORD, files_below
 from groma.runs.place import Place
 from groma.runs.progress import Show, stage
 from groma.runs.reading import Watched
 from groma.runs.record import printable, run_record, shown_command
-from groma.runs.telling import in_order, line
 
 T = TypeVar("T")
 Page = Callable[[Outcome], str]

@@ -7,16 +7,16 @@ from dataclasses import asdict
 import msgspec
 
 from groma.errors import UserError
-from groma.io.calibration_results import save_calibration
 from groma.io.quantities import amounts
 from groma.io.recording import Recording
 from groma.io.streams import Kind
-from groma.report.calibration_figures import calibration_figures
-from groma.report.calibration_report import calibration_report
-from groma.report.calibration_words import rows, verdict_words
+from groma.report.vehicle.figures import calibration_figures
+from groma.report.vehicle.report import calibration_report
+from groma.report.vehicle.words import rows, verdict_words
 from groma.runs.run import Run
-from groma.settings import Settings
-from groma.vehicle_calibration import CalibratedVehicle, Request, calibrate_vehicle, judged
+from groma.runs.settings import Settings
+from groma.runs.vehicle_files import save_calibration
+from groma.vehicle.recording import CalibratedVehicle, Request, calibrate_vehicle, judged
 
 
 def calibrate_into(run: Run, recording: Recording, request: Request, tolerance: str = "") -> CalibratedVehicle:

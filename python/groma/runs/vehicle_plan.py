@@ -6,11 +6,12 @@ import base64
 
 import numpy as np
 
+from groma.nouns.arrays import Array
+from groma.planning.vehicle import VehiclePlan
 from groma.report.page import Html, section
-from groma.report.plan_figure import plan_picture
-from groma.report.run_report import plain_report
+from groma.report.run import plain_report
+from groma.report.vehicle_plan import plan_picture
 from groma.runs.run import Run
-from groma.vehicle_plan import Array, VehiclePlan
 
 
 def plan_vehicle_into(run: Run, plan: VehiclePlan, floor: Array | None, words: str) -> None:

@@ -14,14 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from groma.errors import UserError
-from groma.mapping import MapResult, OccupancyGrid
+from groma.mapping.result import MapResult
+from groma.nouns.arrays import Array
+from groma.nouns.maps import OccupancyGrid
 from groma.report.drawing import ACCEPTED, FINAL, INK, ODOMETRY, REJECTED, TRACKED, WEAK
-from groma.report.figures import accepted, drift, rejected
-
-Array = NDArray[np.float64]
+from groma.report.map.figures import accepted, drift, rejected
 
 
 def save_rrd(result: MapResult, path: Path) -> None:

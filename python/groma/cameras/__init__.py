@@ -1,0 +1,1 @@
+"""Calibrate cameras, find targets in images, and map the cameras of a building."""

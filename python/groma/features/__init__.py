@@ -1,0 +1,1 @@
+"""Corners and reflectors of laser scans: find them, describe them, pair them."""

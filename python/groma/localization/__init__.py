@@ -1,0 +1,1 @@
+"""A vehicle localized on a landmark map."""

@@ -1,0 +1,1 @@
+"""What to drive next: before a camera, through a building, to calibrate a vehicle."""

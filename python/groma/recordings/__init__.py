@@ -1,0 +1,1 @@
+"""What a recording holds and which of its streams make a drive."""

@@ -1,0 +1,1 @@
+"""The report on drives tried out before a camera."""

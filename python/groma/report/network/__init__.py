@@ -1,0 +1,1 @@
+"""The report on the map of a camera network."""

@@ -1,0 +1,1 @@
+"""Recordings and surveys that are simulated, with the truth beside them."""

@@ -1,0 +1,1 @@
+"""Calibrate a vehicle: wheels, steering, delay and the pose of its laser."""
