@@ -11,8 +11,19 @@
 //! `Z_RR` is already known, for every row pattern is a clique of the eliminated graph. The cost is that of about two
 //! factorisations. Source: Takahashi, Fagan, Chen 1973; Erisman, Tinney, CACM 18 (1975) 177.
 
-use crate::sparse::Supernode;
 use nalgebra::{DMatrix, DMatrixView, SMatrix};
+
+/// A supernode of the factor: columns `start..start + columns` of L, on and below the diagonal.
+pub(crate) struct Supernode<'a> {
+    /// First column.
+    pub start: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// Rows below the diagonal panel, sorted.
+    pub rows: &'a [usize],
+    /// `(columns + rows.len()) x columns` numbers, column-major.
+    pub values: &'a [f64],
+}
 
 /// The entries of Z, a panel a supernode: `Z_ss` over `Z_Rs`.
 pub(crate) struct SelectedInverse<'a> {

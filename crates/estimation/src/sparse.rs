@@ -8,7 +8,8 @@
 //! Not for indefinite systems, and nothing pivots: a direction that nothing holds is an error which names its block.
 //! This is the only file that names faer, whose interface changes with every release.
 
-use crate::{BlockMatrix, Error, selected_inverse};
+use crate::selected_inverse::{SelectedInverse, Supernode};
+use crate::{BlockMatrix, Error};
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::sparse::linalg::{SymbolicSupernodalParams, amd, cholesky::simplicial, cholesky::supernodal};
@@ -29,18 +30,6 @@ pub struct Cholesky<const B: usize> {
     values: Vec<f64>,
     factor: Vec<f64>,
     memory: MemBuffer,
-}
-
-/// A supernode of the factor: columns `start..start + columns` of L, on and below the diagonal.
-pub(crate) struct Supernode<'a> {
-    /// First column.
-    pub start: usize,
-    /// Number of columns.
-    pub columns: usize,
-    /// Rows below the diagonal panel, sorted.
-    pub rows: &'a [usize],
-    /// `(columns + rows.len()) x columns` numbers, column-major.
-    pub values: &'a [f64],
 }
 
 /// Block columns of one triangle of the permuted matrix, in scalars: every scalar column of a block column holds the
@@ -126,7 +115,7 @@ impl<const B: usize> Cholesky<B> {
     #[must_use]
     pub fn selected_inverse(&self) -> BlockMatrix<B> {
         let supernodes: Vec<_> = (0..self.symbolic.n_supernodes()).map(|s| self.supernode(s)).collect();
-        let inverse = selected_inverse::SelectedInverse::new(&supernodes);
+        let inverse = SelectedInverse::new(&supernodes);
         let mut selected = BlockMatrix::zeros(self.place.len(), self.pairs.iter().copied());
         for (block, &p) in selected.diagonal.iter_mut().zip(&self.place) {
             *block = inverse.block(p, p);

@@ -24,12 +24,12 @@
 //! far the walls are from where it led: `f <- f (1 + a (d^2 / 3 - 1))`, never below one.
 //!
 //! **Right or not.** Beams that agree with the grid, end before it, or go through its walls are counted for and against the
-//! pose (`relocalize::beams`), as evidence of being lost that adds to that of the landmarks.
+//! pose (`beams`), as evidence of being lost that adds to that of the landmarks.
 
+use crate::beams::{Beam, beams};
 use crate::joint::{Gain, Linear, Motion};
 use crate::localizer::Localizer;
 use crate::quality::Status;
-use crate::relocalize::{Beam, beams_of};
 use crate::walls::Walls;
 use groma_geometry::Se2;
 use groma_models::LaserScan;
@@ -74,8 +74,7 @@ impl Localizer {
         if lost {
             search.look(scan, &laser, twist);
         } else if self.options.mode.uses_walls() && search.walls().is_some() && self.stir - self.glanced >= STEP {
-            self.glance =
-                Some(Glance { surface: SurfaceScan::new(scan, &laser, twist), beams: beams_of(scan, &laser) });
+            self.glance = Some(Glance { surface: SurfaceScan::new(scan, &laser, twist), beams: beams(scan, &laser) });
         }
     }
 

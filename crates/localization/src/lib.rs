@@ -7,6 +7,7 @@
 //! our own where a file names no other.
 
 mod associate;
+mod beams;
 mod error;
 mod gates;
 mod gating;

@@ -2,8 +2,7 @@
 //!
 //! Built once for a map, shared by the search for the place and by the filter.
 
-use crate::relocalize::Beam;
-use crate::relocalize::beams::log_ratio;
+use crate::beams::{Beam, log_ratio};
 use groma_geometry::Se2;
 use groma_models::{Cell, Grid};
 use groma_registration::{Alignment, CorrelativeField, Prior, SurfaceMap, SurfaceScan, Window, align, grid_surfaces};

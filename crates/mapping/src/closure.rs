@@ -36,6 +36,9 @@ pub const GATE: f64 = 16.27 * 4.0;
 /// Covariance that a closure has at least: local maps bend [m], [rad].
 const FLOOR: (f64, f64) = (0.03, 0.004);
 
+/// A closure of which more is left after optimisation is violated [m], [rad] (W. Hess et al., ICRA 2016, table IV).
+const VIOLATED: (f64, f64) = (0.2, 0.0175);
+
 /// What became of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -96,6 +99,13 @@ impl Closure {
         let held = (0..2).filter(|k| position.eigenvalues[*k] > SLIDES.powi(-2));
         let metres_sq: f64 = held.map(|k| position.eigenvectors.column(k).dot(&left.translation).powi(2)).sum();
         (metres_sq.sqrt(), left.theta().abs())
+    }
+
+    /// Whether no more is left of it than an optimised graph leaves of a true closure.
+    #[must_use]
+    pub fn is_met(&self, pose: &Se2) -> bool {
+        let (metres, radians) = self.residual(pose);
+        !(metres > VIOLATED.0 || radians > VIOLATED.1)
     }
 }
 

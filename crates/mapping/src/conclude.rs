@@ -18,9 +18,6 @@ use groma_geometry::Se2;
 use groma_models::{Cancelled, OdometryTrack, Token};
 use nalgebra::Matrix3;
 
-/// A closure of which more is left after optimisation is violated [m], [rad] (W. Hess et al., ICRA 2016, table IV).
-pub const VIOLATED: (f64, f64) = (0.2, 0.0175);
-
 /// Why there is no map.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -100,9 +97,8 @@ impl Ending<'_> {
         let accepted = self.closer.closures.iter_mut().filter(|c| c.verdict == Verdict::Accepted);
         let mut rejected = 0;
         for (closure, weight) in accepted.zip(&weights[steps..]) {
-            let (metres, radians) =
-                closure.residual(&nodes[anchors[closure.from]].between(&nodes[anchors[closure.to]]));
-            if *weight == 0.0 || metres > VIOLATED.0 || radians > VIOLATED.1 {
+            let pose = nodes[anchors[closure.from]].between(&nodes[anchors[closure.to]]);
+            if *weight == 0.0 || !closure.is_met(&pose) {
                 closure.verdict = Verdict::Violated;
                 rejected += 1;
             }

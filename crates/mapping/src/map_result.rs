@@ -1,7 +1,6 @@
 //! The result of mapping: values only.
 
 use crate::closure::{Closure, Verdict};
-use crate::conclude::VIOLATED;
 use crate::pose_graph::PoseGraph;
 use crate::tracker::Overruled;
 use crate::weak::{Reason, WeakSpot};
@@ -66,8 +65,13 @@ pub struct MapResult {
 impl MapResult {
     /// What is left of a closure after optimisation: metres and radians in the directions that it holds.
     #[must_use]
-    pub fn left_of(&self, (closure, from, to): &(Closure, usize, usize)) -> (f64, f64) {
-        closure.residual(&self.graph.nodes[*from].between(&self.graph.nodes[*to]))
+    pub fn left_of(&self, closed: &(Closure, usize, usize)) -> (f64, f64) {
+        closed.0.residual(&self.between(closed))
+    }
+
+    /// The pose of the later anchor of a closure, seen from the earlier one.
+    fn between(&self, &(_, from, to): &(Closure, usize, usize)) -> Se2 {
+        self.graph.nodes[from].between(&self.graph.nodes[to])
     }
 
     /// Accepted closures with the keyframes that anchor their local maps.
@@ -83,8 +87,7 @@ impl MapResult {
 
     fn is_violated(&self, closed: &(Closure, usize, usize)) -> bool {
         let closure = &closed.0;
-        let (metres, radians) = self.left_of(closed);
-        let is_unmet = metres > VIOLATED.0 || radians > VIOLATED.1;
+        let is_unmet = !closure.is_met(&self.between(closed));
         let moved = closure.predicted.between(&closure.check.pose);
         match closure.verdict {
             Verdict::Violated => true,

@@ -20,11 +20,15 @@ pub enum SimulationError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// Nobody has drawn this scene.
-    #[error("no scene is called {0:?}: try one of {names}", names = crate::scenario::SCENES.join(", "))]
-    UnknownScene(String),
-    /// Nobody has drawn this network of cameras.
-    #[error("no network is called {0:?}: try one of {names}", names = crate::network::NETWORK_SCENES.join(", "))]
-    UnknownNetwork(String),
+    #[error("no {kind} is called {name:?}: try one of {names}", names = known.join(", "))]
+    UnknownScene {
+        /// What was asked for: a scene, a network of cameras.
+        kind: &'static str,
+        /// The name that was asked for.
+        name: String,
+        /// The names there are.
+        known: &'static [&'static str],
+    },
     /// A camera or a target of the scene makes no sense.
     #[error("{0}")]
     Scene(String),

@@ -88,7 +88,7 @@ impl Scenario {
             "loop" => Ok(two_kilometres(rooms)),
             "warehouse" => Ok(warehouse(rooms)),
             "depot" => Ok(depot(warehouse(rooms))),
-            _ => Err(SimulationError::UnknownScene(name.to_owned())),
+            _ => Err(SimulationError::UnknownScene { kind: "scene", name: name.to_owned(), known: &SCENES }),
         }
     }
 

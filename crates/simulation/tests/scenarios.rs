@@ -6,7 +6,7 @@ use groma_models::Token;
 use groma_simulation::scenario::{Building, SCENES};
 use groma_simulation::scenes::depot::{Depot, DepotDrive};
 use groma_simulation::world::{REFLECTOR, World};
-use groma_simulation::{Scanner, Scenario, Simulated, SimulationError, simulate};
+use groma_simulation::{Scanner, Scenario, Simulated, simulate};
 
 /// The drive and the odometry of a scenario, with hardly any scan.
 fn drive_of(name: &str, seed: u64) -> Simulated {
@@ -84,7 +84,9 @@ fn stalls_hide_turns_and_way() {
 
 #[test]
 fn nonsense_is_refused_by_name() {
-    assert_eq!(Scenario::named("attic", 1).unwrap_err(), SimulationError::UnknownScene("attic".to_owned()));
+    let known = "rooms, warehouse, loop, stalls, turns, depot";
+    let error = Scenario::named("attic", 1).unwrap_err();
+    assert_eq!(error.to_string(), format!("no scene is called \"attic\": try one of {known}"));
     let mut scenario = Scenario::default();
     scenario.scanner.period = 0.0;
     assert!(simulate(&scenario, &Token::new()).unwrap_err().to_string().starts_with("scanner.period = 0"));

@@ -8,9 +8,8 @@
 //! It never adds a tag to a grid of which nothing was seen.
 
 use crate::apriltag::{Family, Tag};
-use crate::corner::refine;
+use crate::corner::{Guess, refine};
 use crate::error::VisionError;
-use crate::grid::guess;
 use crate::image::Gray;
 use groma_models::target::TagGrid;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2};
@@ -113,7 +112,7 @@ fn placed(from: &Tag, grid: &TagGrid, k: u32) -> Option<Tag> {
 
 /// The tag with its corners fitted, as many as can be.
 fn fitted(image: &Gray<'_>, tag: &Tag, room: f64) -> Option<Tag> {
-    let found = [0, 1, 2, 3].map(|j| refine(image, &guess(tag, j, room)));
+    let found = [0, 1, 2, 3].map(|j| refine(image, &Guess::of_tag(tag, j, room)));
     let seen = found.map(|corner| corner.is_some());
     let corners = [0, 1, 2, 3].map(|j| found[j].map_or(tag.corners[j], |corner| corner.pixel));
     (found.iter().flatten().count() >= FITTED).then_some(Tag { corners, seen, ..*tag })

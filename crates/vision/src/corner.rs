@@ -15,6 +15,7 @@
 //! quite the blurred corner; for a chessboard this moves nothing, for it is the same seen from both sides. It does not
 //! search: the guess must lie well within the disc.
 
+use crate::apriltag::Tag;
 use crate::image::Gray;
 use crate::special::edge;
 use groma_estimation::levenberg_marquardt::{Minimum, Normal, Options, Problem, minimize};
@@ -54,6 +55,17 @@ pub struct Guess {
     pub second: Vector2<f64>,
     /// How far around nothing else is to be seen [pixel].
     pub room: f64,
+}
+
+impl Guess {
+    /// Where a corner of a tag may be; `room` is the free share of its edge.
+    pub(crate) fn of_tag(tag: &Tag, j: usize, room: f64) -> Self {
+        let (pixel, next, last) = (tag.corners[j], tag.corners[(j + 1) % 4], tag.corners[(j + 3) % 4]);
+        let (first, second) = (next - pixel, last - pixel);
+        // Across an edge that is crossed aslant, there is less room than along the other.
+        let aslant = (first.perp(&second) / (first.norm() * second.norm())).abs();
+        Self { pixel, first, second, room: room * first.norm().min(second.norm()) * aslant }
+    }
 }
 
 /// Where a corner is.

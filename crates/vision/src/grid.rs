@@ -25,8 +25,6 @@ const LINES_SIGMA: f64 = 0.04;
 const UNREFINED_SIGMA: f64 = 0.1;
 /// Squared distance, in units of its variance, from which lines and fit disagree.
 const DISAGREE_SQ: f64 = 16.0;
-/// Share of the room around a corner that the disc uses.
-const USED_ROOM: f64 = 1.0;
 
 /// Which tags count.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -93,7 +91,7 @@ pub fn find_grid(image: &Gray<'_>, tags: &[Tag], grid: &TagGrid, options: &Optio
     let mut blurs = vec![];
     for (place, tag) in chosen(image, &tags, grid, options, &mut found) {
         for j in 0..4 {
-            let corner = refine(image, &guess(tag, j, room));
+            let corner = refine(image, &Guess::of_tag(tag, j, room));
             found.unrefined += usize::from(corner.is_none());
             blurs.extend(corner.map(|c| c.blur));
             let (id, detected) = (4 * place + j as u32, tag.seen[j].then_some(tag.corners[j]));
@@ -146,15 +144,6 @@ fn chosen<'a>(
 
 fn shortest_edge(tag: &Tag) -> f64 {
     (0..4).map(|j| (tag.corners[(j + 1) % 4] - tag.corners[j]).norm()).fold(f64::INFINITY, f64::min)
-}
-
-/// Where a corner of a tag may be; `room` is the free share of its edge.
-pub(crate) fn guess(tag: &Tag, j: usize, room: f64) -> Guess {
-    let (pixel, next, last) = (tag.corners[j], tag.corners[(j + 1) % 4], tag.corners[(j + 3) % 4]);
-    let (first, second) = (next - pixel, last - pixel);
-    // Across an edge that is crossed aslant, there is less room than along the other.
-    let aslant = (first.perp(&second) / (first.norm() * second.norm())).abs();
-    Guess { pixel, first, second, room: USED_ROOM * room * first.norm().min(second.norm()) * aslant }
 }
 
 fn alone(corner: Corner) -> (Vector2<f64>, f64) {

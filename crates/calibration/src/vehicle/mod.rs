@@ -17,6 +17,7 @@ pub mod observability;
 pub mod options;
 pub mod parameters;
 pub mod prediction;
+pub mod request;
 pub mod robust;
 pub mod sandwich;
 pub mod search;
@@ -26,8 +27,9 @@ pub mod trim;
 pub mod wheel_process;
 pub mod whitener;
 
-pub use calibrate::{Calibration, Request, calibrate};
+pub use calibrate::{Calibration, calibrate};
 pub use error::Error;
 pub use motions::{Motion, Motions, Segments};
 pub use options::Options;
 pub use parameters::{Layout, Model, Vehicle};
+pub use request::Request;

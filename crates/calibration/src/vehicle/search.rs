@@ -5,10 +5,10 @@
 //! the end.
 
 use super::Error;
-use super::calibrate::Request;
 use super::hand_eye::Form;
 use super::motions::Segments;
 use super::parameters::{DELAY, GAIN, Layout, Model, Vehicle};
+use super::request::Request;
 use super::robust::Problem;
 use super::start::{self, Known, Weights};
 use super::trim::{Trim, trimmed};

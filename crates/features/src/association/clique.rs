@@ -15,7 +15,7 @@
 //!
 //! Source: T. Bailey, "Mobile robot localisation and mapping in extensive outdoor environments", thesis, 2002.
 
-use super::method::{Problem, Proposed};
+use super::problem::{Problem, Proposed};
 use crate::rigid_fit::rigid_fit;
 use nalgebra::Vector2;
 

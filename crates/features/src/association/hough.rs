@@ -12,7 +12,7 @@
 //! the refinement. Cells grow where the maps are so large that the grid would not fit.
 //! Source: the idea is that of the association in the library of Kallasi, Rizzini, Caselli, RA-L 2016.
 
-use super::method::Problem;
+use super::problem::Problem;
 use groma_geometry::{Se2, So2};
 use nalgebra::Vector2;
 use std::cmp::Reverse;

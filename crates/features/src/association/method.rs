@@ -4,6 +4,7 @@
 //! the same code, so that what comes back means the same whatever the method: `T_a_b` with its covariance, and pairs
 //! within the tolerance.
 
+use super::problem::Problem;
 use super::search::{Hypothesis, Search, associate_compatible, middle};
 use super::verify::Sets;
 use super::{Options, clique, hough, nearest, ransac};
@@ -47,18 +48,6 @@ pub struct Found {
     /// Whether the search ran to its end; false where its cap cut it short, so that a better motion may exist.
     pub complete: bool,
 }
-
-/// What a method works on: finite, not empty.
-pub(super) struct Problem<'a, F> {
-    pub a: &'a [Vector2<f64>],
-    pub b: &'a [Vector2<f64>],
-    pub middle: Vector2<f64>,
-    pub options: &'a Options,
-    pub compatible: F,
-}
-
-/// Motions with how well they are supported, best first, and whether the search ran to its end.
-pub(super) type Proposed = (Vec<(usize, Se2)>, bool);
 
 /// The motions that a method finds between landmarks a and b, of which i and j may be paired only if `compatible(i, j)`.
 ///

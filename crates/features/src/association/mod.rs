@@ -22,6 +22,7 @@ mod hough;
 mod method;
 mod nearest;
 mod options;
+mod problem;
 mod ransac;
 mod search;
 mod segments;

@@ -7,7 +7,7 @@
 //! over the k that are compatible; of equal distances the lower index. One-to-one by being mutual, and independent of the
 //! order in which pairs are looked at, which greedy pairing is not. The motion is fitted to the pairs once.
 
-use super::method::Problem;
+use super::problem::Problem;
 use super::search::Hypothesis;
 use crate::rigid_fit::rigid_fit;
 use groma_geometry::Se2;

@@ -4,7 +4,7 @@
 //! the motion that puts the one onto the other is kept when enough landmarks of b fall near one of a. The random numbers
 //! are those of the seed, so that it gives the same outcome on every machine. Source: Fischler, Bolles, CACM 24(6), 1981.
 
-use super::method::Problem;
+use super::problem::Problem;
 use super::search::motion;
 use super::segments::{Equal, segments};
 use super::verify::Neighbourhood;

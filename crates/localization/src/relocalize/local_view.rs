@@ -3,6 +3,7 @@
 //! The frame of a view is where the vehicle was when it began. The odometry moves the vehicle in it; a scan that is kept is
 //! registered to those before, with the odometry as prior, for the odometry of a lost vehicle may be any.
 
+use crate::beams::{Beam, beams};
 use crate::observation::Observation;
 use groma_geometry::{Se2, wrap};
 use groma_models::{LandmarkKind, LaserScan};
@@ -12,8 +13,7 @@ use std::collections::HashSet;
 
 /// Sightings of like landmarks this close are one [m].
 const MERGE: f64 = 0.2;
-/// Beams kept of a scan, and scans that are kept, at most.
-const BEAMS: usize = 90;
+/// Scans that are kept, at most.
 const SCANS: usize = 12;
 /// A scan is kept this far from the one before [m], [rad].
 const APART: (f64, f64) = (0.4, 0.3);
@@ -45,17 +45,6 @@ pub struct Seen {
     pub sightings: u32,
     /// Way at which it was last seen [m].
     way: f64,
-}
-
-/// A beam in the frame of the vehicle that made it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
-    /// Where the laser stood [m].
-    pub from: Vector2<f64>,
-    /// Its direction.
-    pub direction: Vector2<f64>,
-    /// What it read [m].
-    pub range: f64,
 }
 
 /// A scan that is kept.
@@ -185,17 +174,6 @@ impl LocalView {
     }
 }
 
-/// Some of the beams of a scan.
-pub(crate) fn beams(scan: &LaserScan, laser: &Se2) -> Vec<Beam> {
-    let hits = scan.ranges.iter().enumerate().filter(|(_, r)| scan.geometry.is_hit(**r));
-    let stride = scan.ranges.len().div_ceil(BEAMS).max(1);
-    let beam = |(k, range): (usize, &f64)| {
-        let (sin, cos) = scan.geometry.bearing(k).sin_cos();
-        Beam { from: laser.translation, direction: laser.rotation.act(Vector2::new(cos, sin)), range: *range }
-    };
-    hits.step_by(stride).map(beam).collect()
-}
-
 /// What the odometry says of a pose after a step.
 fn prior(pose: &Se2, step: &Se2) -> Prior {
     let (way, turn) = (step.translation.norm(), step.theta().abs());
@@ -203,13 +181,6 @@ fn prior(pose: &Se2, step: &Se2) -> Prior {
     let heading = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * turn;
     let information = Matrix3::from_diagonal(&Vector3::new(xy.powi(-2), xy.powi(-2), heading.powi(-2)));
     Prior { pose: *pose, information, dof: ODOMETRY_DOF }
-}
-
-#[cfg(test)]
-impl Look {
-    pub(super) fn of_beams(beams: Vec<Beam>) -> Self {
-        Self { pose: Se2::IDENTITY, beams, surface: SurfaceScan::default(), way: 0.0 }
-    }
 }
 
 impl Seen {
@@ -242,6 +213,7 @@ impl Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::beams::BEAMS;
     use groma_models::BeamGeometry;
 
     fn observation(range: f64, bearing: f64) -> Observation {

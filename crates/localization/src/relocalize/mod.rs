@@ -6,7 +6,7 @@
 //!    poses that put most seen landmarks on the map; refined by weighted least squares   `refine`
 //! 3. poses that put the scans on the walls of the occupancy grid, all places and headings (branch and bound);
 //!    refined by registration to its surfaces                                            `walls`
-//! 4. log-likelihood ratio of each against chance, from landmarks and from beams         `evidence`, `beams`
+//! 4. log-likelihood ratio of each against chance, from landmarks and from beams         `evidence`, [`crate::beams`]
 //! 5. probability among all poses found, those not found, and places not on the map      `posterior`
 //! ```
 //!
@@ -15,16 +15,15 @@
 //! Geometric hashing of pairs (Lamdan, Wolfson 1988), searched exhaustively within a budget: no seed. The probability is
 //! what makes the answer usable: in a hall of equal racks two places look alike, and then neither is certain.
 
-pub(crate) mod beams;
 mod evidence;
 mod local_view;
 mod pairs;
 mod posterior;
 mod refine;
 
-pub(crate) use local_view::beams as beams_of;
-pub use local_view::{Beam, LocalView, Look, Seen};
+pub use local_view::{LocalView, Look, Seen};
 
+use crate::beams;
 use crate::error::Error;
 use crate::map::StaticMap;
 use crate::options::{InvalidOption, require};
@@ -190,10 +189,9 @@ impl Relocalizer {
     /// A place with what landmarks and beams say of it.
     fn judged(&self, pose: Se2, covariance: Matrix3<f64>, pairs: Vec<(usize, usize)>, view: &LocalView) -> Located {
         let by_landmarks = evidence::landmarks(&pose, view.landmarks(), &pairs, &self.map, &self.options);
-        let by_beams = self
-            .walls
-            .as_ref()
-            .map_or(0.0, |walls| beams::evidence(&pose, view.looks(), view.wall_length(), walls.grid()));
+        let scans = view.looks().iter().map(|look| (pose * look.pose, &look.beams[..]));
+        let by_beams =
+            self.walls.as_ref().map_or(0.0, |walls| beams::evidence(scans, view.wall_length(), walls.grid()));
         Located { pose, covariance, pairs, evidence: both(by_landmarks, by_beams), probability: 0.0 }
     }
 }

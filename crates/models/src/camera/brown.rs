@@ -12,7 +12,7 @@
 //! the radial part alone, which is a root in one variable, and ends with Newton's steps in the plane.
 //! Source: D. C. Brown, Photogrammetric Engineering 37 (1971) 855; OpenCV 4.x, calib3d.
 
-use super::lens::{Coefficients, Distorted, first_turn, rising_root};
+use super::distortion::{Coefficients, Distorted, first_turn, rising_root};
 use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2, Vector3};
 
 /// Radius in the plane z = 1 up to which anything is asked: 88.6 degrees from the axis.

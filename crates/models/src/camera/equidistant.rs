@@ -9,7 +9,7 @@
 //! It sees points behind the camera too, as far as f rises. On the axis `(X, Y)/r` has no value; there the limit
 //! `m = (X, Y)/Z` is used. Source: Kannala, Brandt, PAMI 28 (2006) 1335.
 
-use super::lens::{Coefficients, Distorted, first_turn, rising_root};
+use super::distortion::{Coefficients, Distorted, first_turn, rising_root};
 use nalgebra::{Matrix2, Matrix2x3, SMatrix, Vector2, Vector3};
 use std::f64::consts::PI;
 

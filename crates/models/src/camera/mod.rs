@@ -12,6 +12,7 @@
 //! made, points have no image: they would fold back into it. Source: OpenCV 4.x, calib3d and fisheye documentation.
 
 mod brown;
+mod distortion;
 mod equidistant;
 mod lens;
 
@@ -47,7 +48,7 @@ pub struct CameraSpec {
 #[serde(try_from = "CameraSpec", into = "CameraSpec")]
 pub struct Camera {
     spec: CameraSpec,
-    coefficients: lens::Coefficients,
+    coefficients: distortion::Coefficients,
     limit: f64,
 }
 

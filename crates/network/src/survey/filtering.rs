@@ -1,7 +1,7 @@
 //! The filter's pass over the stops: births, gates, moved cameras.
 
 use super::alarm::{Moved, Watch};
-use super::result::{Judged, Verdict};
+use super::judged::{Judged, Verdict};
 use super::{Halt, Seen, Survey};
 use crate::batch::Lens;
 use crate::options::Options;

@@ -9,14 +9,16 @@
 
 mod alarm;
 mod filtering;
+mod judged;
 mod lens;
 mod refine;
 pub mod result;
 mod stops;
 
 pub use alarm::{Moved, Slip};
+pub use judged::{Judged, Verdict};
 pub use lens::lens;
-pub use result::{CameraResult, Judged, NetworkMap, Verdict, WeakDirection};
+pub use result::{CameraResult, NetworkMap, WeakDirection};
 pub use stops::{Halt, Seen};
 
 use crate::batch::Lens;

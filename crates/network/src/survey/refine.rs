@@ -6,7 +6,7 @@
 
 use super::Halt;
 use super::filtering::Filtered;
-use super::result::Verdict;
+use super::judged::Verdict;
 use crate::Error;
 use crate::batch::{Batch, BatchView, Lens, Solution, State};
 use crate::odometry::Motion;

@@ -2,6 +2,7 @@
 
 use super::alarm::{Moved, Slip, slip};
 use super::filtering::Filtered;
+use super::judged::Judged;
 use super::refine::Refined;
 use super::{Halt, Survey};
 use crate::batch::{Lens, Residuals};
@@ -18,36 +19,6 @@ const WEAK_SHARE: f64 = 3.0;
 const WEAK_LEAST: f64 = 0.02;
 /// A direction is the height when its vertical part is more than this.
 const VERTICAL: f64 = 0.9;
-
-/// What became of a view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// It placed its camera.
-    Born,
-    /// It passed the gate.
-    Taken,
-    /// It failed the gate.
-    Rejected,
-    /// Two poses explain it, and its camera is not placed yet.
-    Undecided,
-    /// No pose explains it.
-    NoPose,
-}
-
-/// A view and what became of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judged {
-    /// Number of the stop.
-    pub stop: usize,
-    /// Number of the camera.
-    pub camera: usize,
-    /// Number of the place that it speaks of.
-    pub place: Option<usize>,
-    /// Squared Mahalanobis distance of its innovation, 6 degrees of freedom; 0 for a birth, NaN without a pose.
-    pub nis: f64,
-    /// What became of it.
-    pub verdict: Verdict,
-}
 
 /// Where a camera is and what is known of it.
 #[derive(Clone, Debug, PartialEq)]

@@ -29,7 +29,7 @@ pub(super) fn named(name: &str, seed: u64) -> Result<NetworkScene, SimulationErr
         "loop" => scene(seed, &rectangle(15.0, 10.0, 8), [1, 0]),
         "laps" => scene(seed, &rectangle(15.0, 10.0, 8), [3, 0]),
         "hallway" => hallway(seed),
-        _ => Err(SimulationError::UnknownNetwork(name.to_owned())),
+        _ => Err(SimulationError::UnknownScene { kind: "network", name: name.to_owned(), known: &NETWORK_SCENES }),
     }
 }
 

@@ -11,11 +11,12 @@
 //! may equal one that is, wall by wall. So evidence grows with the length of different walls in view, not with scans. A laser
 //! that would stand in a wall or off the map, or a beam that meets only unknown cells, says what chance says: nothing.
 
-use super::{Beam, Look};
 use groma_geometry::Se2;
-use groma_models::{Cell, Grid};
+use groma_models::{Cell, Grid, LaserScan};
 use nalgebra::Vector2;
 
+/// Beams kept of a scan, at most.
+pub(crate) const BEAMS: usize = 90;
 /// A reading agrees with an occupied cell within this, plus a share of the range [m].
 const AGREES: (f64, f64) = (0.15, 0.01);
 /// Probabilities of agreeing, ending before, going through: on the right place and by chance.
@@ -26,10 +27,32 @@ const INDEPENDENT: f64 = 1.5;
 /// Independent beams of a view, at most.
 const MOST_INDEPENDENT: f64 = 24.0;
 
-/// The evidence of the beams of several scans for a pose; `length` of different walls is in view [m].
-pub(crate) fn evidence(pose: &Se2, scans: &[Look], length: f64, grid: &Grid) -> f64 {
-    let n = scans.iter().map(|look| look.beams.len()).sum::<usize>();
-    let sum: f64 = scans.iter().map(|look| log_ratio(&(*pose * look.pose), &look.beams, grid)).sum();
+/// A beam in the frame of the vehicle that made it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Where the laser stood [m].
+    pub from: Vector2<f64>,
+    /// Its direction.
+    pub direction: Vector2<f64>,
+    /// What it read [m].
+    pub range: f64,
+}
+
+/// Some of the beams of a scan.
+pub(crate) fn beams(scan: &LaserScan, laser: &Se2) -> Vec<Beam> {
+    let hits = scan.ranges.iter().enumerate().filter(|(_, r)| scan.geometry.is_hit(**r));
+    let stride = scan.ranges.len().div_ceil(BEAMS).max(1);
+    let beam = |(k, range): (usize, &f64)| {
+        let (sin, cos) = scan.geometry.bearing(k).sin_cos();
+        Beam { from: laser.translation, direction: laser.rotation.act(Vector2::new(cos, sin)), range: *range }
+    };
+    hits.step_by(stride).map(beam).collect()
+}
+
+/// The evidence of the beams of several scans, each with the pose that it would be seen from; `length` of different walls is in view [m].
+pub(crate) fn evidence<'a>(scans: impl Iterator<Item = (Se2, &'a [Beam])>, length: f64, grid: &Grid) -> f64 {
+    let (n, sum) =
+        scans.fold((0, 0.0), |(n, sum), (pose, beams)| (n + beams.len(), sum + log_ratio(&pose, beams, grid)));
     if n == 0 { 0.0 } else { (length / INDEPENDENT).min(MOST_INDEPENDENT) * sum / n as f64 }
 }
 
@@ -125,13 +148,12 @@ mod tests {
                 Some(Beam { from: Vector2::zeros(), direction, range: range + 0.025 })
             })
             .collect();
-        let scans = [Look::of_beams(beams)];
-        let at = |pose: Se2| evidence(&pose, &scans, 21.0, &grid);
+        let at = |pose: Se2| evidence(std::iter::once((pose, &beams[..])), 21.0, &grid);
         assert!(at(truth) > 10.0, "{}", at(truth));
         for wrong in [Se2::new(2.2, 0.3, 0.7), Se2::new(1.2, 0.3, 2.3), Se2::new(3.5, 2.0, -1.0)] {
             assert!(at(wrong) < at(truth) - 5.0, "{}", at(wrong));
         }
         assert_eq!(at(Se2::new(90.0, 0.0, 0.0)), 0.0);
-        assert_eq!(evidence(&truth, &[], 21.0, &grid), 0.0);
+        assert_eq!(evidence(std::iter::empty(), 21.0, &grid), 0.0);
     }
 }
