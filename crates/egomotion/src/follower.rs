@@ -1,28 +1,23 @@
 //! Scans in order of time in; at any moment the motions between stations out.
 //!
-//! The tracker of mapping follows every scan; of a scan that the caller wants kept the readings stay, for the registration
+//! The tracker follows every scan; of a scan that the caller wants kept the readings stay, for the registration
 //! between stations. Which stations there are need not be known before: a kept scan belongs to a standstill when its whole
 //! sweep lies in it, to a moment when it is the first kept one that begins there or later, before the next station. The twist
 //! during a sweep is the mean one of the tracked poses around it.
 //!
-//! Memory: a pose a scan, the views of the last keyframes, and the scans that were kept.
+//! Memory: one pose per scan, the tracker, and the scans that were kept.
 
 use crate::station::{Motion, Sight, Station, motion, unseen};
 use groma_geometry::Se2;
-use groma_mapping::keyframe::Keyframe;
-use groma_mapping::tracker::Tracker;
-use groma_models::{BeamGeometry, Cancelled, LaserScan, Token};
+use groma_models::{Cancelled, LaserScan, Token};
 use groma_registration::contour::middle;
 use groma_registration::{Contour, PolarView};
+use groma_tracking::{Tracker, has_enough_hits};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// A scan with fewer hits says nothing of where it was taken.
-const LEAST_HITS: usize = 10;
 /// Neighbouring scans farther apart than this tell no twist [s].
 const NEIGHBOURS: f64 = 0.6;
-/// Keyframes whose views the tracker may still look at.
-const RECENT: usize = 8;
 
 /// Why a scan was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -37,16 +32,8 @@ pub enum Skipped {
 #[derive(Default)]
 pub struct Follower {
     tracker: Tracker,
-    keyframes: Vec<Keyframe>,
     track: Vec<Tracked>,
     kept: Vec<Kept>,
-}
-
-/// A scan of no beams.
-fn nothing() -> LaserScan {
-    let geometry =
-        BeamGeometry { angle_min: 0.0, angle_increment: 0.1, time_increment: 0.0, range_min: 0.0, range_max: 1.0 };
-    LaserScan { stamp: 0.0, geometry, ranges: vec![], intensities: vec![] }
 }
 
 /// Where a scan was taken.
@@ -73,15 +60,12 @@ impl Follower {
         if !scan.stamp.is_finite() || self.track.last().is_some_and(|last| scan.stamp <= last.stamp) {
             return Err(Skipped::Late);
         }
-        if scan.hits().take(LEAST_HITS).count() < LEAST_HITS {
+        if !has_enough_hits(&scan) {
             return Err(Skipped::Empty);
         }
         let twist = if stands { Vector3::zeros() } else { self.tracker.velocity() };
         let view = PolarView::new(&scan, &Se2::IDENTITY, twist);
-        let step = self.tracker.step(scan.stamp, view, None, &mut self.keyframes);
-        if step.is_keyframe {
-            self.forget();
-        }
+        let step = self.tracker.step(scan.stamp, view, None);
         let heading = self.track.last().map_or(0.0, |last| last.heading + last.pose.between(&step.pose).theta());
         self.track.push(Tracked { stamp: scan.stamp, pose: step.pose, heading });
         if keep {
@@ -137,13 +121,6 @@ impl Follower {
             before = seen;
         }
         Ok(motions)
-    }
-
-    /// Lets go of the view of a keyframe that nobody looks at any more.
-    fn forget(&mut self) {
-        if let Some(old) = self.keyframes.len().checked_sub(RECENT + 1) {
-            self.keyframes[old].view = PolarView::new(&nothing(), &Se2::IDENTITY, Vector3::zeros());
-        }
     }
 
     /// What was seen at a station; nothing where no scan belongs to it.

@@ -1,7 +1,7 @@
 //! How a laser moved between chosen moments ("stations"), from its scans alone, with a covariance that holds.
 //!
 //! A station is a standstill, whose scans are averaged beam by beam, or the first scan after a moment of the drive. The
-//! tracker of mapping follows all scans, without odometry, so that whatever odometry is calibrated with these motions has
+//! tracker follows all scans, without odometry, so that whatever odometry is calibrated with these motions has
 //! had no part in them; its poses are but the start. The motion between two successive stations is then measured
 //! directly, by registering their scans to each other: nothing drifts, however long the way between.
 

@@ -42,7 +42,7 @@ impl Mapper {
             return Err(Error::NoScan);
         }
         let mut closer = self.closer.clone();
-        if let Some(finished) = self.tracker.rest(self.keyframes.len()) {
+        if let Some(finished) = self.tracker.rest() {
             closer.add(LocalMap::new(finished, &self.keyframes), &self.keyframes);
         }
         let mut ending = Ending { mapper: self, closer };
@@ -112,8 +112,8 @@ impl Ending<'_> {
         let step = |k: usize| Edge {
             from: k - 1,
             to: k,
-            measurement: keyframes[k - 1].tracked.between(&keyframes[k].tracked),
-            information: keyframes[k].step.try_inverse().unwrap_or_else(Matrix3::identity),
+            measurement: keyframes[k - 1].tracked.pose.between(&keyframes[k].tracked.pose),
+            information: keyframes[k].tracked.step.try_inverse().unwrap_or_else(Matrix3::identity),
             robust: false,
         };
         let mut edges: Vec<Edge> = (1..keyframes.len()).map(step).collect();
@@ -134,10 +134,10 @@ impl Ending<'_> {
     /// Keyframes as the pose graph of local maps places them.
     fn keyframe_poses(&self) -> Vec<Se2> {
         let keyframes = &self.mapper.keyframes;
-        let mut poses: Vec<Se2> = keyframes.iter().map(|k| k.tracked).collect();
+        let mut poses: Vec<Se2> = keyframes.iter().map(|k| k.tracked.pose).collect();
         for (map, pose) in self.closer.maps.iter().zip(&self.closer.poses) {
             for k in map.keyframes.clone() {
-                poses[k] = *pose * map.anchor.between(&keyframes[k].tracked);
+                poses[k] = *pose * map.anchor.between(&keyframes[k].tracked.pose);
             }
         }
         poses
@@ -159,7 +159,7 @@ impl Ending<'_> {
         let shift = |u: &Se2| offset.apply(u);
         let scans =
             |pose: &dyn Fn(&Placed) -> Se2| mapper.placed.iter().map(|p| (p.stamp, pose(p))).collect::<Vec<_>>();
-        let tracked = scans(&|p| keyframes[p.keyframe].tracked * p.t_keyframe_scan);
+        let tracked = scans(&|p| keyframes[p.keyframe].tracked.pose * p.t_keyframe_scan);
         let trajectory = if mapper.options.online {
             let offsets: Vec<Se2> = mapper.placed.iter().map(|p| p.offset).collect();
             ahead(&scans(&|p| p.online), &offsets, &mapper.track)
@@ -168,7 +168,7 @@ impl Ending<'_> {
         };
         let drawing = Token::new();
         Ok(MapResult {
-            stamps: keyframes.iter().map(|k| k.stamp).collect(),
+            stamps: keyframes.iter().map(|k| k.tracked.stamp).collect(),
             tracked: at_odometry_rate(&tracked, &mapper.track, shift).into_iter().map(|(_, p)| p).collect(),
             odometry: odometry_alone(&trajectory, &mapper.track, shift),
             trajectory,
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn closures_that_the_graph_misses_by_far_or_left_out_are_rejected() {
         let mapper = driven();
-        let nodes: Vec<Se2> = mapper.keyframes.iter().map(|k| k.tracked).collect();
+        let nodes: Vec<Se2> = mapper.keyframes.iter().map(|k| k.tracked.pose).collect();
         let steps = vec![0.0; nodes.len() - 1];
         let rejected = |off: Se2, weight: f64| {
             let mut ending = ending(&mapper);
@@ -292,8 +292,8 @@ mod tests {
         let keyframes = &mapper.keyframes;
         for (k, edge) in graph.edges[..keyframes.len() - 1].iter().enumerate() {
             assert_eq!((edge.from, edge.to, edge.robust, kinds[k]), (k, k + 1, false, EdgeKind::Step));
-            assert_eq!(edge.measurement, keyframes[k].tracked.between(&keyframes[k + 1].tracked));
-            assert!((edge.information * keyframes[k + 1].step - Matrix3::identity()).amax() < 1e-6);
+            assert_eq!(edge.measurement, keyframes[k].tracked.pose.between(&keyframes[k + 1].tracked.pose));
+            assert!((edge.information * keyframes[k + 1].tracked.step - Matrix3::identity()).amax() < 1e-6);
         }
         let [edge] = &graph.edges[keyframes.len() - 1..] else { panic!("one closure") };
         let anchors = [0, 2].map(|m| ending.closer.maps[m].keyframes.start);
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(edge.measurement, ending.closer.closures[1].check.pose);
         let map = &ending.closer.maps[last];
         for k in map.keyframes.clone() {
-            let moved = ending.closer.poses[last] * map.anchor.between(&keyframes[k].tracked);
+            let moved = ending.closer.poses[last] * map.anchor.between(&keyframes[k].tracked.pose);
             assert!(graph.nodes[k].minus(&moved).norm() < 1e-12, "{k}");
         }
     }
@@ -331,7 +331,7 @@ mod tests {
         let ending = ending(&mapper);
         let (graph, kinds) = ending.graph();
         let covariance = ending.assemble(graph, kinds, false).unwrap().covariances[1];
-        let step = mapper.keyframes[1].step;
+        let step = mapper.keyframes[1].tracked.step;
         assert!((covariance - step).amax() < 1e-6 * step.amax(), "{covariance} {step}");
     }
 

@@ -8,6 +8,7 @@ use crate::options::Options;
 use groma_features::reflector::{self, Reflector};
 use groma_models::LaserScan;
 use groma_registration::PolarView;
+use groma_tracking::Tracked;
 
 /// The detectors, with the tables for the scanner that was seen last.
 #[derive(Clone)]
@@ -23,11 +24,12 @@ impl Finder {
         Self { corners: Corners::new(options.corners), reflectors: options.reflectors }
     }
 
-    /// Finds what `scan` shows and puts it into the keyframe that was made of it.
-    pub fn find(&mut self, scan: &LaserScan, keyframe: &mut Keyframe) {
-        keyframe.corners = self.corners.find(scan, &keyframe.view);
+    /// The keyframe of a scan that was tracked, with the marks in it.
+    pub fn find(&mut self, scan: &LaserScan, tracked: Tracked) -> Keyframe {
+        let corners = self.corners.find(scan, &tracked.view);
         let found = reflector::detect(&scan.ranges, &scan.intensities, &scan.geometry, &self.reflectors);
-        keyframe.reflectors = found.iter().map(|mark| in_vehicle(mark, &keyframe.view)).collect();
+        let reflectors = found.iter().map(|mark| in_vehicle(mark, &tracked.view)).collect();
+        Keyframe { tracked, corners, reflectors }
     }
 }
 

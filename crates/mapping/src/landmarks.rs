@@ -242,7 +242,7 @@ impl Cluster {
             }
             (pose.translation - position).norm_squared() < reach_sq
                 && matches!(
-                    keyframe.view.visibility(pose.inverse().act(position)),
+                    keyframe.tracked.view.visibility(pose.inverse().act(position)),
                     Visibility::Agrees | Visibility::SeenThrough
                 )
         };

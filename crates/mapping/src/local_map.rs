@@ -1,10 +1,10 @@
 //! A finished local map: the surfaces and corners of some metres of drive in the frame of its first keyframe.
 
 use crate::keyframe::Keyframe;
-use crate::tracker::Finished;
 use groma_features::glarot::{self, Signature};
 use groma_geometry::Se2;
 use groma_registration::{CorrelativeField, SurfaceMap, SurfaceScan};
+use groma_tracking::Finished;
 use nalgebra::{Matrix3, Vector2};
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -55,13 +55,13 @@ impl LocalMap {
     pub fn of_stretch(stretch: Range<usize>, anchor: Se2, keyframes: &[Keyframe]) -> Self {
         let mut surfaces = SurfaceMap::default();
         for keyframe in &keyframes[stretch.clone()] {
-            surfaces.insert(&keyframe.view.scan, &anchor.between(&keyframe.tracked));
+            surfaces.insert(&keyframe.tracked.view.scan, &anchor.between(&keyframe.tracked.pose));
         }
         Self::assemble(surfaces, anchor, stretch, keyframes)
     }
 
     fn assemble(surfaces: SurfaceMap, anchor: Se2, range: Range<usize>, keyframes: &[Keyframe]) -> Self {
-        let pose = |k: usize| anchor.between(&keyframes[k].tracked);
+        let pose = |k: usize| anchor.between(&keyframes[k].tracked.pose);
         let (corners, facing) = corners(range.clone(), keyframes, &pose);
         let step = range.len().div_ceil(VIEWS).max(1);
         Self {
@@ -108,8 +108,9 @@ impl LocalMap {
 pub fn step(a: &LocalMap, b: &LocalMap, keyframes: &[Keyframe]) -> (Se2, Matrix3<f64>) {
     let mut covariance = Matrix3::zeros();
     for k in a.keyframes.start + 1..=b.keyframes.start {
-        let ad = keyframes[k].tracked.between(&keyframes[k - 1].tracked).adjoint();
-        covariance = ad * covariance * ad.transpose() + keyframes[k].step;
+        let (before, here) = (&keyframes[k - 1].tracked, &keyframes[k].tracked);
+        let ad = here.pose.between(&before.pose).adjoint();
+        covariance = ad * covariance * ad.transpose() + here.step;
     }
     (a.anchor.between(&b.anchor), covariance)
 }

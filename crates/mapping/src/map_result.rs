@@ -2,10 +2,10 @@
 
 use crate::closure::{Closure, Verdict};
 use crate::pose_graph::PoseGraph;
-use crate::tracker::Overruled;
 use crate::weak::{Reason, WeakSpot};
 use groma_geometry::Se2;
 use groma_models::{Grid, LandmarkMap};
+use groma_tracking::Overruled;
 use nalgebra::{Matrix3, Vector3};
 
 /// Views that agree this close to where the graph has them show the same place [m], [rad].

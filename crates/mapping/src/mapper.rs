@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Scans and odometry are pushed in the order in which they came, each stream in order of time. A scan is registered at once:
-//! where the odometry has not reached it yet, its last twist goes on ([`crate::extrapolation`]). When the odometry comes, the
+//! where the odometry has not reached it yet, its last twist goes on ([`groma_tracking::extrapolation`]). When the odometry comes, the
 //! next increment starts from it, and what the scan had to say of the odometry is learned then. Not done again: the
 //! registration itself, and the motion during its sweep that was taken out of its points.
 //!
@@ -14,21 +14,19 @@
 
 use crate::closer::Closer;
 use crate::closure::Verdict;
-use crate::extrapolation::{self, Increment};
 use crate::finder::Finder;
 use crate::keyframe::Keyframe;
 use crate::local_map::LocalMap;
 use crate::options::Options;
-use crate::tracker::{Finished, Lesson, Tracker};
 use crate::uncertainty::from_source;
 use groma_geometry::Se2;
 use groma_models::{LaserScan, ModelError, Odometry, OdometryTrack, Token};
 use groma_registration::PolarView;
+use groma_tracking::extrapolation::{self, Increment};
+use groma_tracking::{Finished, Lesson, Tracker, has_enough_hits};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// A scan with fewer hits says nothing of where it was taken.
-const LEAST_HITS: usize = 10;
 /// Scans whose odometry is awaited, at most.
 const MOST_AWAITED: usize = 64;
 
@@ -161,7 +159,8 @@ impl Mapper {
             sum = ad * sum * ad.transpose() + spread;
         };
         for pair in self.keyframes[anchor..=last.keyframe].windows(2) {
-            carry(&pair[0].tracked.between(&pair[1].tracked), &pair[1].step);
+            let (a, b) = (&pair[0].tracked, &pair[1].tracked);
+            carry(&a.pose.between(&b.pose), &b.step);
         }
         carry(&last.t_keyframe_scan, self.tracker.since());
         sum
@@ -180,7 +179,7 @@ impl Mapper {
         if self.placed.last().is_some_and(|last| scan.stamp <= last.stamp) {
             return Err(Skipped::Late);
         }
-        if !has_hits(scan) {
+        if !has_enough_hits(scan) {
             return Err(Skipped::Empty);
         }
         self.register(scan, t_base_laser);
@@ -190,16 +189,14 @@ impl Mapper {
     fn register(&mut self, scan: &LaserScan, t_base_laser: &Se2) {
         let view = PolarView::new(scan, t_base_laser, self.twist(scan));
         let increment = self.increment(scan.stamp);
-        let step = self.tracker.step(scan.stamp, view, increment.as_ref(), &mut self.keyframes);
+        let step = self.tracker.step(scan.stamp, view, increment.as_ref());
         if let (Some(lesson), Some(before)) = (step.lesson, self.placed.last()) {
             self.awaited.push_back((before.stamp, scan.stamp, lesson));
             if self.awaited.len() > MOST_AWAITED {
                 self.awaited.pop_front();
             }
         }
-        if let Some(keyframe) = self.keyframes.last_mut().filter(|_| step.is_keyframe) {
-            self.finder.find(scan, keyframe);
-        }
+        self.keyframes.extend(step.keyframe.map(|tracked| self.finder.find(scan, tracked)));
         if let Some(finished) = step.finished {
             self.add_local_map(finished);
         }
@@ -232,16 +229,11 @@ impl Mapper {
 
     fn place(&mut self, stamp: f64, tracked: &Se2) {
         let keyframe = self.keyframes.len() - 1;
-        let t_keyframe_scan = self.keyframes[keyframe].tracked.between(tracked);
+        let t_keyframe_scan = self.keyframes[keyframe].tracked.pose.between(tracked);
         let online = match (self.closer.maps.last(), self.closer.poses.last()) {
             (Some(map), Some(pose)) => *pose * map.anchor.between(tracked),
             _ => *tracked,
         };
         self.placed.push(Placed { stamp, keyframe, t_keyframe_scan, online, offset: self.tracker.offset().pose() });
     }
-}
-
-/// Whether a scan says anything of where it was taken.
-pub(crate) fn has_hits(scan: &LaserScan) -> bool {
-    scan.hits().take(LEAST_HITS).count() == LEAST_HITS
 }

@@ -63,7 +63,7 @@ pub fn occupancy(keyframes: &[Keyframe], poses: &[Se2], resolution: f64, token: 
     if !(resolution.is_finite() && resolution > 0.0) {
         return Ok(nothing);
     }
-    let placed = || keyframes.iter().map(|k| &k.view).zip(poses).filter(|(_, pose)| is_usable(pose));
+    let placed = || keyframes.iter().map(|k| &*k.tracked.view).zip(poses).filter(|(_, pose)| is_usable(pose));
     let mut corners = None;
     for (view, pose) in placed() {
         token.check()?;

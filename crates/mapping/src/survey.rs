@@ -12,6 +12,7 @@ use crate::options::Options;
 use groma_geometry::Se2;
 use groma_models::{Cancelled, Grid, LandmarkMap, LaserScan, Token};
 use groma_registration::PolarView;
+use groma_tracking::Tracked;
 use nalgebra::{Matrix3, Vector3};
 
 /// Way between keyframes [m].
@@ -51,12 +52,11 @@ impl Survey {
             return false;
         }
         let finite = (known.pose.to_vector().sum() + known.covariance.sum() + known.twist.sum()).is_finite();
-        if !finite || self.keyframes.last().is_some_and(|last| !has_moved(&last.tracked, &known.pose)) {
+        if !finite || self.keyframes.last().is_some_and(|last| !has_moved(&last.tracked.pose, &known.pose)) {
             return false;
         }
-        let mut keyframe = keyframe(scan, t_base_laser, known);
-        self.finder.find(scan, &mut keyframe);
-        self.keyframes.push(keyframe);
+        let view = PolarView::new(scan, t_base_laser, known.twist);
+        self.keyframes.push(self.finder.find(scan, Tracked::at(scan.stamp, known.pose, view)));
         self.covariances.push(known.covariance);
         true
     }
@@ -91,7 +91,7 @@ impl Survey {
     }
 
     fn poses(&self) -> Vec<Se2> {
-        self.keyframes.iter().map(|k| k.tracked).collect()
+        self.keyframes.iter().map(|k| k.tracked.pose).collect()
     }
 }
 
@@ -100,19 +100,4 @@ impl Survey {
 pub fn has_moved(from: &Se2, to: &Se2) -> bool {
     let step = from.between(to);
     step.translation.norm() >= STEP || step.theta().abs() >= TURN
-}
-
-fn keyframe(scan: &LaserScan, t_base_laser: &Se2, known: &KnownPose) -> Keyframe {
-    Keyframe {
-        stamp: scan.stamp,
-        tracked: known.pose,
-        view: PolarView::new(scan, t_base_laser, known.twist),
-        corners: Vec::new(),
-        reflectors: Vec::new(),
-        step: Matrix3::zeros(),
-        weakest: (0.0, 0.0),
-        share: 1.0,
-        surprised: false,
-        torn: false,
-    }
 }

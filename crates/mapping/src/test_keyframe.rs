@@ -1,10 +1,10 @@
-//! Scans of a rectangular room and keyframes of them, for the unit tests.
+//! Scans of a rectangular room and what the tracker makes of them, for the unit tests.
 
-use crate::keyframe::Keyframe;
 use groma_geometry::Se2;
 use groma_models::{BeamGeometry, LaserScan};
 use groma_registration::PolarView;
-use nalgebra::{Matrix3, Vector3};
+use groma_tracking::Tracked;
+use nalgebra::Vector3;
 
 /// A scan all around, one beam every 0.02 rad: distances to the walls ahead, behind, to the left and to the right [m].
 pub fn room(stamp: f64, [ahead, behind, left, right]: [f64; 4]) -> LaserScan {
@@ -17,18 +17,7 @@ pub fn room(stamp: f64, [ahead, behind, left, right]: [f64; 4]) -> LaserScan {
     LaserScan { stamp, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] }
 }
 
-/// A keyframe at the origin that is held without a doubt.
-pub fn keyframe(scan: &LaserScan) -> Keyframe {
-    Keyframe {
-        stamp: scan.stamp,
-        tracked: Se2::IDENTITY,
-        view: PolarView::new(scan, &Se2::IDENTITY, Vector3::zeros()),
-        corners: vec![],
-        reflectors: vec![],
-        step: Matrix3::zeros(),
-        weakest: (0.0, 0.0),
-        share: 1.0,
-        surprised: false,
-        torn: false,
-    }
+/// The scan at the origin, without a doubt.
+pub fn tracked(scan: &LaserScan) -> Tracked {
+    Tracked::at(scan.stamp, Se2::IDENTITY, PolarView::new(scan, &Se2::IDENTITY, Vector3::zeros()))
 }

@@ -63,7 +63,7 @@ fn ask(map: &LocalMap, keyframes: &[Keyframe], points: &SurfaceScan, t_map_point
         let mut agrees = false;
         for (k, t) in &to_views {
             let (at, normal) = (t.act(*p), t.rotation.act(*n));
-            let view = &keyframes[*k].view;
+            let view = &keyframes[*k].tracked.view;
             // A surface seen from behind is another side of the wall.
             if normal.dot(&(view.laser().translation - at)) <= 0.0 {
                 continue;

@@ -7,6 +7,7 @@
 
 use crate::keyframe::Keyframe;
 use groma_geometry::Se2;
+use groma_tracking::Tracked;
 use nalgebra::Vector2;
 
 /// Standard deviation along the weakest direction from which a keyframe counts as weak [m].
@@ -63,7 +64,7 @@ pub struct WeakSpot {
 #[must_use]
 pub fn weak_spots(keyframes: &[Keyframe], poses: &[Se2]) -> Vec<WeakSpot> {
     let mut spots: Vec<WeakSpot> = Vec::new();
-    for (k, pose) in keyframes.iter().zip(poses) {
+    for (k, pose) in keyframes.iter().map(|k| &k.tracked).zip(poses) {
         let Some(reason) = reason(k) else { continue };
         let (sigma, direction) = (k.weakest.0, pose.theta() + k.weakest.1);
         let here = WeakSpot { stamps: (k.stamp, k.stamp), position: pose.translation, sigma, direction, reason };
@@ -80,7 +81,7 @@ pub fn weak_spots(keyframes: &[Keyframe], poses: &[Se2]) -> Vec<WeakSpot> {
     spots
 }
 
-fn reason(k: &Keyframe) -> Option<Reason> {
+fn reason(k: &Tracked) -> Option<Reason> {
     if k.torn {
         Some(Reason::Torn)
     } else if k.share < LOST {
@@ -97,26 +98,27 @@ fn reason(k: &Keyframe) -> Option<Reason> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_keyframe::{keyframe, room};
+    use crate::test_keyframe::{room, tracked};
 
     /// A keyframe that is held well.
-    fn held(stamp: f64) -> Keyframe {
-        Keyframe { weakest: (0.02, 0.3), share: 0.9, ..keyframe(&room(stamp, [2.0; 4])) }
+    fn held(stamp: f64) -> Tracked {
+        Tracked { weakest: (0.02, 0.3), share: 0.9, ..tracked(&room(stamp, [2.0; 4])) }
     }
 
-    fn slides(stamp: f64, sigma: f64) -> Keyframe {
-        Keyframe { weakest: (sigma, 0.3), ..held(stamp) }
+    fn slides(stamp: f64, sigma: f64) -> Tracked {
+        Tracked { weakest: (sigma, 0.3), ..held(stamp) }
     }
 
     /// Keyframe k is at (k, 2), turned by half a radian.
-    fn spots(keyframes: &[Keyframe]) -> Vec<WeakSpot> {
+    fn spots(tracked: &[Tracked]) -> Vec<WeakSpot> {
+        let keyframes: Vec<Keyframe> = tracked.iter().cloned().map(Keyframe::from).collect();
         let poses: Vec<Se2> = (0..keyframes.len()).map(|k| Se2::new(k as f64, 2.0, 0.5)).collect();
-        weak_spots(keyframes, &poses)
+        weak_spots(&keyframes, &poses)
     }
 
     #[test]
     fn each_reason_is_told_what_matters_most_first() {
-        let reasons = |change: fn(&mut Keyframe)| {
+        let reasons = |change: fn(&mut Tracked)| {
             let mut keyframe = held(1.0);
             change(&mut keyframe);
             spots(&[keyframe]).iter().map(|spot| spot.reason).collect::<Vec<_>>()
@@ -140,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_lies_far_apart_or_has_another_reason_is_a_stretch_of_its_own() {
-        let found = spots(&[slides(10.0, 0.2), slides(40.0, 0.2), Keyframe { share: 0.1, ..held(41.0) }]);
+        let found = spots(&[slides(10.0, 0.2), slides(40.0, 0.2), Tracked { share: 0.1, ..held(41.0) }]);
         let told: Vec<_> = found.iter().map(|spot| (spot.stamps, spot.reason)).collect();
         assert_eq!(
             told,

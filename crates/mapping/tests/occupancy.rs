@@ -175,7 +175,7 @@ fn readings_that_are_nowhere_are_left_out() {
         };
         let increment = if bad.is_finite() { f64::NAN } else { bad };
         for view in [lost(Se2::new(bad, 0.0, 0.0), 1.0), lost(room::MOUNT, increment)] {
-            keyframes[0].view = view;
+            keyframes[0].tracked.view = view.into();
             assert_eq!(occupancy(&keyframes, &poses, CELL), whole);
         }
     }
@@ -200,7 +200,7 @@ fn beams_start_where_the_laser_was_when_they_were_fired() {
         swept.ranges[i] = scan(&at, &[], || 0.0).ranges[i];
     }
     let mut seen = keyframe(&swept, vec![]);
-    seen.view = groma_registration::PolarView::new(&swept, &room::MOUNT, twist);
+    seen.tracked.view = groma_registration::PolarView::new(&swept, &room::MOUNT, twist).into();
     let grid = occupancy(&[seen], &[pose], CELL);
     assert_eq!(thickness(&grid, 0.1).1, 1);
 }

@@ -25,13 +25,13 @@ pub use options::Options;
 use crate::corners::Corners;
 use crate::keyframe::Keyframe;
 use crate::local_map::LocalMap;
-use crate::tracker::Tracker;
 use crate::verify::{Check, check};
 use groma_features::association::associate_facing;
 use groma_features::glarot::{Candidate, Index};
 use groma_geometry::Se2;
 use groma_models::{Cancelled, LaserScan, Token};
 use groma_registration::PolarView;
+use groma_tracking::{Tracker, has_enough_hits};
 use rayon::prelude::*;
 
 /// A motion between two local maps that the corners suggest.
@@ -102,14 +102,15 @@ impl Recognizer {
     /// few hits.
     pub fn push_scan(&mut self, scan: &LaserScan, t_base_laser: &Se2) -> bool {
         let late = scan.validate().is_err() || self.scans.last().is_some_and(|s| scan.stamp <= s.stamp);
-        if late || !crate::mapper::has_hits(scan) {
+        if late || !has_enough_hits(scan) {
             return false;
         }
         let sweep = self.tracker.velocity();
         let view = PolarView::new(scan, t_base_laser, sweep);
-        let step = self.tracker.step(scan.stamp, view, None, &mut self.keyframes);
-        if let Some(keyframe) = self.keyframes.last_mut().filter(|_| step.is_keyframe) {
-            keyframe.corners = self.corners.find(scan, &keyframe.view);
+        let step = self.tracker.step(scan.stamp, view, None);
+        if let Some(tracked) = step.keyframe {
+            let corners = self.corners.find(scan, &tracked.view);
+            self.keyframes.push(Keyframe { corners, ..Keyframe::from(tracked) });
             let leapt = self.scans.last().is_some_and(|s| {
                 let d = s.tracked.between(&step.pose);
                 d.translation.norm() > self.options.leap || d.theta().abs() > self.options.leap_turn
@@ -124,12 +125,12 @@ impl Recognizer {
     fn advance(&mut self, leapt: bool) {
         let last = self.keyframes.len() - 1;
         let way = match &self.keyframes[..] {
-            [.., before, last] => before.tracked.between(&last.tracked).translation.norm(),
+            [.., before, last] => before.tracked.pose.between(&last.tracked.pose).translation.norm(),
             _ => 0.0,
         };
         self.driven.push(self.driven.last().unwrap_or(&0.0) + way);
         let before = self.unbroken.last().copied().unwrap_or(0);
-        self.unbroken.push(if leapt || self.keyframes[last].torn { last } else { before });
+        self.unbroken.push(if leapt || self.keyframes[last].tracked.torn { last } else { before });
     }
 
     /// The scans taken, in order of time.
@@ -158,7 +159,7 @@ impl Recognizer {
         let stretches = self.stretches();
         let of = |&(first, last): &(usize, usize)| {
             token.check()?;
-            Ok(LocalMap::of_stretch(first..last + 1, self.keyframes[last].tracked, &self.keyframes))
+            Ok(LocalMap::of_stretch(first..last + 1, self.keyframes[last].tracked.pose, &self.keyframes))
         };
         self.maps = stretches.par_iter().map(of).collect::<Result<_, Cancelled>>()?;
         self.index = Index::new();

@@ -5,7 +5,8 @@ use groma_geometry::Se2;
 use groma_mapping::keyframe::Keyframe;
 use groma_models::{BeamGeometry, LaserScan};
 use groma_registration::PolarView;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use groma_tracking::Tracked;
+use nalgebra::{Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// Half the inner length and width of the room [m]: walls off the lines of a grid.
@@ -48,16 +49,6 @@ pub fn scan(pose: &Se2, discs: &[Disc], mut noise: impl FnMut() -> f64) -> Laser
 
 /// A keyframe of a scan and of corners.
 pub fn keyframe(scan: &LaserScan, corners: Vec<Keypoint>) -> Keyframe {
-    Keyframe {
-        stamp: scan.stamp,
-        tracked: Se2::IDENTITY,
-        view: PolarView::new(scan, &MOUNT, Vector3::zeros()),
-        corners,
-        reflectors: Vec::new(),
-        step: Matrix3::zeros(),
-        weakest: (0.0, 0.0),
-        share: 1.0,
-        surprised: false,
-        torn: false,
-    }
+    let view = PolarView::new(scan, &MOUNT, Vector3::zeros());
+    Keyframe { corners, ..Keyframe::from(Tracked::at(scan.stamp, Se2::IDENTITY, view)) }
 }

@@ -8,14 +8,17 @@
 //!
 //! A point is seen through where another view of the place, of the last keyframes, had a beam pass.
 
-use crate::keyframe::Keyframe;
+use crate::tracked::Tracked;
 use groma_geometry::Se2;
 use groma_registration::{Alignment, CorrelativeField, PolarView, Prior, SurfaceMap, SurfaceScan, Visibility, Window};
 use nalgebra::{Matrix3, Vector2};
+use std::collections::VecDeque;
 
 /// What a point that was seen through adds to the negative log posterior of a pose, and how many keyframes are asked.
 const CONTRADICTION: f64 = 0.3;
 const WITNESSES: usize = 3;
+/// Keyframes that must be at hand: every other one is queried, from the last backwards.
+pub(crate) const RECENT: usize = 2 * WITNESSES - 1;
 /// A pose with a negative log posterior this much above the best is no rival.
 const NO_RIVAL: f64 = 8.0;
 /// Cell [m] and levels of the search field; range of the points that enter it [m].
@@ -50,7 +53,12 @@ pub(crate) fn starts(scan: &SurfaceScan, surfaces: &SurfaceMap, centers: &[Se2],
 }
 
 /// Adds to the cost of alignments to a local map at `anchor` what the views contradict; of those that could still win.
-pub(crate) fn weigh_contradictions(found: &mut Vec<Alignment>, view: &PolarView, anchor: &Se2, keyframes: &[Keyframe]) {
+pub(crate) fn weigh_contradictions(
+    found: &mut Vec<Alignment>,
+    view: &PolarView,
+    anchor: &Se2,
+    keyframes: &VecDeque<Tracked>,
+) {
     found.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut lowest = f64::INFINITY;
     let mut weighed = 0;
@@ -67,14 +75,14 @@ pub(crate) fn weigh_contradictions(found: &mut Vec<Alignment>, view: &PolarView,
 }
 
 /// How many points of a scan at `pose` recent keyframes saw through, and how many of theirs it sees through.
-fn contradictions(view: &PolarView, pose: &Se2, keyframes: &[Keyframe]) -> usize {
+fn contradictions(view: &PolarView, pose: &Se2, keyframes: &VecDeque<Tracked>) -> usize {
     let through = |by: &PolarView, points: &SurfaceScan, t: Se2| {
         points.points.iter().filter(|p| by.visibility(t.act(**p)) == Visibility::SeenThrough).count()
     };
     let recent = keyframes.iter().rev().step_by(2).take(WITNESSES);
     recent
         .map(|k| {
-            let t = k.tracked.between(pose);
+            let t = k.pose.between(pose);
             through(&k.view, &view.scan, t) + through(view, &k.view.scan, t.inverse())
         })
         .sum()
@@ -103,7 +111,7 @@ pub(crate) fn choose(mut found: Vec<Alignment>) -> Alignment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_keyframe::{keyframe, room};
+    use groma_models::{BeamGeometry, LaserScan};
     use nalgebra::Vector3;
 
     fn found(pose: Se2, cost: f64) -> Alignment {
@@ -112,20 +120,23 @@ mod tests {
     }
 
     /// A keyframe in a room of 8 by 5 m that looks to the front, or all around.
-    fn looking(all_around: bool) -> Keyframe {
-        let mut scan = room(0.0, [5.0, 3.0, 3.0, 2.0]);
-        for (i, range) in scan.ranges.iter_mut().enumerate() {
-            if scan.geometry.bearing(i).cos() <= 0.0 && !all_around {
-                *range = f64::INFINITY;
-            }
-        }
-        keyframe(&scan)
+    fn looking(all_around: bool) -> Tracked {
+        let (angle_min, angle_increment, time_increment) = (-3.1, 0.02, 0.0);
+        let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min: 0.1, range_max: 30.0 };
+        let range = |i: usize| {
+            let (sin, cos) = geometry.bearing(i).sin_cos();
+            let ahead = if cos > 0.0 { 5.0 / cos } else { -3.0 / cos };
+            let aside = if sin > 0.0 { 3.0 / sin } else { -2.0 / sin };
+            if cos > 0.0 || all_around { ahead.min(aside) } else { f64::INFINITY }
+        };
+        let scan = LaserScan { stamp: 0.0, geometry, ranges: (0..310).map(range).collect(), intensities: vec![] };
+        Tracked::at(0.0, Se2::IDENTITY, PolarView::new(&scan, &Se2::IDENTITY, Vector3::zeros()))
     }
 
     /// Poses and costs after weighing against one keyframe.
-    fn weighed(view: &Keyframe, keyframe: Keyframe, found: &[Alignment]) -> Vec<(f64, f64)> {
+    fn weighed(view: &Tracked, keyframe: Tracked, found: &[Alignment]) -> Vec<(f64, f64)> {
         let mut found = found.to_vec();
-        weigh_contradictions(&mut found, &view.view, &Se2::IDENTITY, &[keyframe]);
+        weigh_contradictions(&mut found, &view.view, &Se2::IDENTITY, &[keyframe].into());
         found.iter().map(|a| (a.pose.x(), a.cost)).collect()
     }
 

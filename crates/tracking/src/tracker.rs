@@ -9,15 +9,17 @@
 //! around the prior, around the last pose and around the constant-velocity pose gives further starts (odometry may
 //! stall and jump), and the alignment with the highest posterior wins.
 
+use crate::directions::{weakest, without_traces};
 use crate::extrapolation::Increment;
-use crate::held::{weakest, without_traces};
-use crate::keyframe::Keyframe;
 use crate::motion::MotionModel;
 use crate::offset::Offset;
-use crate::rivals::{choose, starts, weigh_contradictions};
+use crate::rivals::{RECENT, choose, starts, weigh_contradictions};
+use crate::tracked::Tracked;
 use groma_geometry::Se2;
 use groma_registration::{Alignment, PolarView, Prior, SurfaceMap, align};
 use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// A new keyframe is due after this much motion [m], [rad].
 const KEYFRAME: (f64, f64) = (0.2, 0.17);
@@ -65,8 +67,8 @@ pub struct Finished {
 pub struct Step {
     /// Pose in the tracked frame.
     pub pose: Se2,
-    /// The scan became this keyframe.
-    pub is_keyframe: bool,
+    /// The scan as a keyframe, where it became one.
+    pub keyframe: Option<Tracked>,
     /// A local map was finished.
     pub finished: Option<Finished>,
     /// What is to be learned of the odometry once it has come.
@@ -107,7 +109,9 @@ pub struct Tracker {
     overruled: Option<Overruled>,
     /// The track was lost, with nothing to bridge the gap, since the last keyframe.
     torn: bool,
-    last_keyframe: Option<Se2>,
+    /// Keyframes so far, and the last of them.
+    count: usize,
+    recent: VecDeque<Tracked>,
 }
 
 impl Tracker {
@@ -136,15 +140,9 @@ impl Tracker {
     }
 
     /// Registers a scan. `increment` is the odometry since the last scan, if there is odometry.
-    pub fn step(
-        &mut self,
-        stamp: f64,
-        view: PolarView,
-        increment: Option<&Increment>,
-        keyframes: &mut Vec<Keyframe>,
-    ) -> Step {
+    pub fn step(&mut self, stamp: f64, view: PolarView, increment: Option<&Increment>) -> Step {
         let Some(last) = self.pose else {
-            return self.begin(stamp, view, keyframes);
+            return self.begin(stamp, view);
         };
         let seconds = stamp - self.stamp;
         let (coasting, rolling) = self.priors(&last, seconds, increment);
@@ -153,7 +151,7 @@ impl Tracker {
             self.overrule(stamp);
         }
         let prior = rolling.filter(|_| !alone).unwrap_or_else(|| coasting.clone());
-        let found = self.register(&view, &prior, &last, seconds, keyframes);
+        let found = self.register(&view, &prior, &last, seconds);
         let surprised = prior.distance_sq(&found.pose) > SURPRISE;
         let good = found.share > 0.5 * self.usual_share && found.matched >= 10;
         let mut lesson = None;
@@ -172,7 +170,7 @@ impl Tracker {
             self.since += Matrix3::from_diagonal(&Vector3::new(TORN.0 * TORN.0, TORN.0 * TORN.0, TORN.1 * TORN.1));
             self.torn = true;
         }
-        Step { lesson, ..self.keep(stamp, view, &found, surprised, keyframes) }
+        Step { lesson, ..self.keep(stamp, view, &found, surprised) }
     }
 
     /// What is believed of the pose `seconds` after `last`: as the vehicle moved, and by odometry.
@@ -204,18 +202,18 @@ impl Tracker {
         self.overruled = Some(Overruled { scans: before.scans + 1, stamps: (before.stamps.0, stamp) });
     }
 
-    fn begin(&mut self, stamp: f64, view: PolarView, keyframes: &mut Vec<Keyframe>) -> Step {
+    fn begin(&mut self, stamp: f64, view: PolarView) -> Step {
         self.pose = Some(Se2::IDENTITY);
         self.model.observe(stamp, &Se2::IDENTITY);
         self.stamp = stamp;
         self.usual_share = 0.7;
         self.growing.push(Growing { anchor: Se2::IDENTITY, first: 0, surfaces: SurfaceMap::default(), length: 0.0 });
-        self.add_keyframe(stamp, view, Matrix3::zeros(), (0.0, 0.0), 1.0, false, keyframes);
-        Step { pose: Se2::IDENTITY, is_keyframe: true, finished: None, lesson: None }
+        let keyframe = self.add(Tracked::at(stamp, Se2::IDENTITY, view));
+        Step { pose: Se2::IDENTITY, keyframe: Some(keyframe), finished: None, lesson: None }
     }
 
     /// The best alignment of the scan, in the tracked frame.
-    fn register(&self, view: &PolarView, prior: &Prior, last: &Se2, seconds: f64, keyframes: &[Keyframe]) -> Alignment {
+    fn register(&self, view: &PolarView, prior: &Prior, last: &Se2, seconds: f64) -> Alignment {
         let scan = &view.scan;
         let map = &self.growing[0];
         let to_map = map.anchor.inverse();
@@ -227,7 +225,7 @@ impl Tracker {
             let coasting = last.plus(self.velocity() * seconds.min(2.0));
             let starts = starts(scan, &map.surfaces, &[local.pose, to_map * *last, to_map * coasting], prior);
             found.extend(starts.iter().map(|start| align(scan, &map.surfaces, *start, Some(&local))));
-            weigh_contradictions(&mut found, view, &map.anchor, keyframes);
+            weigh_contradictions(&mut found, view, &map.anchor, &self.recent);
         }
         let mut best = choose(found);
         best.pose = map.anchor * best.pose;
@@ -265,75 +263,58 @@ impl Tracker {
         self.stamp = stamp;
     }
 
-    fn keep(
-        &mut self,
-        stamp: f64,
-        view: PolarView,
-        found: &Alignment,
-        surprised: bool,
-        keyframes: &mut Vec<Keyframe>,
-    ) -> Step {
-        let Some(last) = self.last_keyframe else {
-            return Step { pose: found.pose, is_keyframe: false, finished: None, lesson: None };
-        };
-        let moved = last.between(&found.pose);
+    fn keep(&mut self, stamp: f64, view: PolarView, found: &Alignment, surprised: bool) -> Step {
+        let step = Step { pose: found.pose, keyframe: None, finished: None, lesson: None };
+        let Some(last) = self.recent.back() else { return step };
+        let moved = last.pose.between(&found.pose);
         if moved.translation.norm() < KEYFRAME.0 && moved.theta().abs() < KEYFRAME.1 {
-            return Step { pose: found.pose, is_keyframe: false, finished: None, lesson: None };
+            return step;
         }
-        let since = self.since;
-        self.add_keyframe(stamp, view, since, weakest(&found.information), found.share, surprised, keyframes);
-        Step { pose: found.pose, is_keyframe: true, finished: self.turn_over(keyframes), lesson: None }
+        let keyframe = self.add(Tracked {
+            stamp,
+            pose: found.pose,
+            view: Arc::new(view),
+            step: self.since,
+            weakest: weakest(&found.information),
+            share: found.share,
+            surprised,
+            torn: self.torn,
+        });
+        Step { finished: self.turn_over(&keyframe), keyframe: Some(keyframe), ..step }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    fn add_keyframe(
-        &mut self,
-        stamp: f64,
-        view: PolarView,
-        step: Matrix3<f64>,
-        weakest: (f64, f64),
-        share: f64,
-        surprised: bool,
-        keyframes: &mut Vec<Keyframe>,
-    ) {
-        let tracked = self.pose.unwrap_or(Se2::IDENTITY);
+    /// Adds a keyframe to the local maps under construction.
+    fn add(&mut self, keyframe: Tracked) -> Tracked {
         for map in &mut self.growing {
-            map.surfaces.insert(&view.scan, &map.anchor.between(&tracked));
+            map.surfaces.insert(&keyframe.view.scan, &map.anchor.between(&keyframe.pose));
         }
-        self.since = Matrix3::zeros();
-        self.last_keyframe = Some(tracked);
-        let torn = std::mem::take(&mut self.torn);
-        keyframes.push(Keyframe {
-            stamp,
-            tracked,
-            view,
-            corners: Vec::new(),
-            reflectors: Vec::new(),
-            step,
-            weakest,
-            share,
-            surprised,
-            torn,
-        });
+        (self.since, self.torn) = (Matrix3::zeros(), false);
+        self.count += 1;
+        if self.recent.len() == RECENT {
+            self.recent.pop_front();
+        }
+        self.recent.push_back(keyframe.clone());
+        keyframe
     }
 
     /// Begins a local map at the last keyframe when the younger one is half full; finishes the older.
-    fn turn_over(&mut self, keyframes: &[Keyframe]) -> Option<Finished> {
+    fn turn_over(&mut self, last: &Tracked) -> Option<Finished> {
         let youngest = self.growing.last()?;
-        let count = keyframes.len() - youngest.first;
-        let half = (youngest.length >= HALF.0 && count >= HALF.1) || count >= HALF.2;
-        let anchor = keyframes.last().filter(|_| half)?;
+        let count = self.count - youngest.first;
+        if !((youngest.length >= HALF.0 && count >= HALF.1) || count >= HALF.2) {
+            return None;
+        }
         let finished = (self.growing.len() > 1).then(|| self.growing.remove(0));
         let mut surfaces = SurfaceMap::default();
-        surfaces.insert(&anchor.view.scan, &Se2::IDENTITY);
-        self.growing.push(Growing { anchor: anchor.tracked, first: keyframes.len() - 1, surfaces, length: 0.0 });
-        finished.map(|map| Finished { keyframes: map.first..keyframes.len(), map })
+        surfaces.insert(&last.view.scan, &Se2::IDENTITY);
+        self.growing.push(Growing { anchor: last.pose, first: self.count - 1, surfaces, length: 0.0 });
+        finished.map(|map| Finished { keyframes: map.first..self.count, map })
     }
 
-    /// The local map that still grows; its younger one, which holds nothing else, is left out.
+    /// The local map that still grows; its younger one, which contains nothing else, is left out.
     #[must_use]
-    pub fn rest(&self, keyframes: usize) -> Option<Finished> {
+    pub fn rest(&self) -> Option<Finished> {
         let map = self.growing.first()?.clone();
-        Some(Finished { keyframes: map.first..keyframes, map })
+        Some(Finished { keyframes: map.first..self.count, map })
     }
 }
