@@ -10,6 +10,7 @@ pub mod random;
 pub mod robust;
 mod selected_inverse;
 pub mod sparse;
+pub mod streams;
 pub mod udu;
 
 pub use block_matrix::BlockMatrix;

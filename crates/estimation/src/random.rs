@@ -1,8 +1,8 @@
 //! Seeded random numbers: the same seed gives the same numbers on every machine.
 //!
 //! SplitMix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014): a counter that a mixing
-//! function makes random. For draws within estimators (splits, samples) and for tests. Not for secrets; simulations of
-//! sensors draw from ChaCha8, whose streams are independent.
+//! function makes random. For draws within estimators (splits, samples) and for tests. Not for secrets; simulations
+//! draw from [`crate::streams`], which are independent of each other.
 
 /// A stream of random numbers.
 #[derive(Clone, Debug)]

@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+use groma_estimation::streams::{Purpose, Random};
 use groma_estimation::udu::Real;
 use groma_geometry::{LieGroup, Se3};
 use groma_network::survey::result::errors;
 use groma_network::{Floor, NetworkFilter, OdometryNoise, View};
 use groma_simulation::network::{NetworkScene, simulate};
-use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 
 /// Standard deviations of a view: a grid panel at three metres.

@@ -8,7 +8,6 @@ pub mod calibration;
 pub mod drive;
 pub mod error;
 pub mod network;
-pub mod random;
 pub mod render;
 pub mod scanner;
 pub mod scenario;

@@ -8,8 +8,8 @@
 //! Not modelled: beam width (mixed readings at edges), bias with range or reflectivity, multipath, dazzle.
 
 use crate::error::SimulationError;
-use crate::random::Random;
 use crate::world::{Hit, RayCaster};
+use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use groma_models::bounds::{BEAMS, COORDINATE};
 use groma_models::{BeamGeometry, LaserScan, Token};

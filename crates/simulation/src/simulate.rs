@@ -6,10 +6,10 @@
 
 use crate::drive::{Drive, Route, Stall, WheelReadings};
 use crate::error::SimulationError;
-use crate::random::{Purpose, Random};
 use crate::scenario::Scenario;
 use crate::scenes;
 use crate::world::{RayCaster, World};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::Se2;
 use groma_models::{LaserScan, Odometry, Token};
 

@@ -1,9 +1,9 @@
 //! Drives and their odometry against closed forms.
 
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{Se2, wrap};
 use groma_models::Token;
 use groma_simulation::drive::{Drive, Limits, Route, Vehicle, WheelErrors, WheelReadings, Wheels};
-use groma_simulation::random::{Purpose, Random};
 use groma_simulation::simulate::simulate_in;
 use groma_simulation::world::World;
 use groma_simulation::{Scenario, SimulationError};

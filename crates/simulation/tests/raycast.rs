@@ -1,6 +1,6 @@
 //! The grid walk against the plain search over all surfaces.
 
-use groma_simulation::random::{Purpose, Random};
+use groma_estimation::streams::{Purpose, Random};
 use groma_simulation::scenario::Building;
 use groma_simulation::scenes;
 use groma_simulation::scenes::depot::Depot;

@@ -1,9 +1,9 @@
 //! What a scanner reads, against what can be computed by hand.
 
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::Se2;
 use groma_models::LaserScan;
 use groma_simulation::Scanner;
-use groma_simulation::random::{Purpose, Random};
 use groma_simulation::world::{REFLECTOR, RayCaster, WALL, World};
 use nalgebra::Vector2;
 use std::f64::consts::{PI, TAU};

@@ -12,9 +12,9 @@ use super::stage::{PanelView, SIGMA, Stage, mount, nominal_camera, upright_panel
 use super::trial::{Tries, drawn, promised};
 use crate::error::Error;
 use groma_calibration::camera::{Options, ProjectionMap, calibrate};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{Se3, So3};
 use groma_models::{Pattern, Token};
-use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

@@ -10,9 +10,9 @@ use super::knowledge::{Knowledge, worst_pixel};
 use super::motion::Drive;
 use super::stage::{PanelView, Stage};
 use groma_calibration::camera::{Options, ProjectionMap, Sighting, View, calibrate};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::LieGroup;
 use groma_models::{Cancelled, Token};
-use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 

@@ -16,8 +16,8 @@ use super::noise::Noise;
 use super::run::line;
 use super::smoothing::Drive;
 use crate::error::Error;
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{Se2, wrap};
-use groma_simulation::random::{Purpose, Random};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
 use serde::Serialize;
 

@@ -13,7 +13,7 @@
 
 use super::graph::{Edge, Graph, Node};
 use crate::error::Error;
-use groma_simulation::random::{Purpose, Random};
+use groma_estimation::streams::{Purpose, Random};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

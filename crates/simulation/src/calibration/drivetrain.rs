@@ -10,7 +10,7 @@
 //! n' are the rates of the counters and alpha the reading of the steering encoder. `e` is an Ornstein-Uhlenbeck process:
 //! steering error remembers. Written apart from the models that calibration uses, so that each checks the other.
 
-use crate::random::Random;
+use groma_estimation::streams::Random;
 use groma_models::WheelNoise;
 use serde::{Deserialize, Serialize};
 
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn steering_errors_have_the_stated_size_and_memory() {
-        let mut random = Random::new(1, crate::random::Purpose::Wheels);
+        let mut random = Random::new(1, groma_estimation::streams::Purpose::Wheels);
         let mut disturbance = Disturbance::new(WheelNoise::default(), &mut random);
         let errors: Vec<f64> = (0..200_000).map(|_| disturbance.step([0.0; 2], 0.02, &mut random).1).collect();
         let mean_sq = |lag: usize| {

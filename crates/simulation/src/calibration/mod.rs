@@ -14,11 +14,11 @@ pub use program::Program;
 
 use crate::drive::Drive;
 use crate::error::SimulationError;
-use crate::random::{Purpose, Random};
 use crate::scanner::Scanner;
 use crate::scenes::hall;
 use crate::world::{RayCaster, World};
 use drivetrain::{Demand, Disturbance};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::Se2;
 use groma_models::{LaserScan, Token};
 use nalgebra::Vector2;

@@ -8,7 +8,7 @@
 //! that would leave the floor is drawn again. Nothing is ever repeated, and nothing stops.
 
 use super::drivetrain::{Demand, Drivetrain};
-use crate::random::Random;
+use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};

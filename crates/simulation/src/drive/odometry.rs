@@ -11,7 +11,7 @@
 use super::follower::Drive;
 use super::vehicle::{Vehicle, Wheels};
 use crate::error::SimulationError;
-use crate::random::Random;
+use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use groma_models::Token;
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@
 //! is the odometry: of each short true step it knows `Exp(u) = Exp(u_true) Exp(w)^-1`.
 
 use super::NetworkScene;
-use crate::random::{Purpose, Random};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{LieGroup, Se2, Se3};
 use nalgebra::{Vector3, Vector6};
 

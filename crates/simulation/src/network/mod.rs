@@ -18,7 +18,7 @@ pub use scenes::NETWORK_SCENES;
 pub use view::SeenPanel;
 
 use crate::error::SimulationError;
-use crate::random::{Purpose, Random};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{LieGroup, Se2, Se3};
 use groma_models::{Camera, Target};
 use nalgebra::Vector6;

@@ -4,7 +4,7 @@
 //! from its edge, and its sides are long enough to be read. Corners of boards are taken one by one.
 
 use super::{NetworkScene, Stop};
-use crate::random::{Purpose, Random};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{LieGroup, Se3};
 use groma_models::{Camera, Panel, Pattern};
 use nalgebra::{Vector2, Vector3, Vector6};

@@ -14,8 +14,8 @@ mod texture;
 pub use texture::Drawing;
 
 use crate::error::SimulationError;
-use crate::random::{Purpose, Random};
 use blur::blurred;
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::{LieGroup, Se3};
 use groma_models::{Camera, Pattern};
 use nalgebra::Vector2;

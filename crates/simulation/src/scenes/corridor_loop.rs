@@ -8,8 +8,8 @@ use super::face::Face;
 use super::row::Row;
 use super::visit::{self, Visit};
 use crate::drive::Route;
-use crate::random::Random;
 use crate::world::World;
+use groma_estimation::streams::Random;
 use nalgebra::Vector2;
 
 /// Length of the centre line [m].

@@ -11,8 +11,8 @@
 use super::stock::Stock;
 use super::warehouse::{self, LANES, RACK_START, RACKS, aisle};
 use crate::drive::Route;
-use crate::random::{Purpose, Random};
 use crate::world::{REFLECTOR, World};
+use groma_estimation::streams::{Purpose, Random};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 

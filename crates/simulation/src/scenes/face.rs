@@ -4,8 +4,8 @@
 //! (so v < 0 is inside the wall). Only what can be seen is drawn: the plain pieces, and at each feature its outline.
 
 use super::room::Room;
-use crate::random::Random;
 use crate::world::{FURNITURE, WALL, World};
+use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use nalgebra::Vector2;
 

@@ -4,8 +4,8 @@
 
 use super::face::Face;
 use super::row::Row;
-use crate::random::Random;
 use crate::world::{WALL, World};
+use groma_estimation::streams::Random;
 use nalgebra::Vector2;
 
 /// Width of the strip along the walls in which things stand [m].

@@ -15,9 +15,9 @@ pub mod visit;
 pub mod warehouse;
 
 use crate::drive::Route;
-use crate::random::Random;
 use crate::scenario::Building;
 use crate::world::World;
+use groma_estimation::streams::Random;
 
 /// Draws `building` and its route.
 #[must_use]

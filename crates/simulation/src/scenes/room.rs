@@ -4,8 +4,8 @@
 //! `[-left, right] x [0, depth]`. Furniture is put at random places and left out where it would overlap what stands already
 //! or the way from the door to the place where a visitor turns.
 
-use crate::random::Random;
 use crate::world::{FURNITURE, WALL, World};
+use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use nalgebra::Vector2;
 

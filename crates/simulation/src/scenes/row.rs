@@ -5,7 +5,7 @@
 
 use super::face::{Face, Feature, Placed, THICKNESS};
 use super::room::Room;
-use crate::random::Random;
+use groma_estimation::streams::Random;
 
 /// Clear widths of doors [m].
 const DOORS: [f64; 4] = [0.85, 0.95, 1.1, 1.35];

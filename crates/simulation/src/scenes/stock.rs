@@ -3,8 +3,8 @@
 //! The stock of a day keeps what the building was drawn with, but for a share of the places, which are drawn anew from the
 //! day's own random numbers. So the same building can be mapped on one day and driven through on another.
 
-use crate::random::{Purpose, Random};
 use crate::world::{FURNITURE, World};
+use groma_estimation::streams::{Purpose, Random};
 use groma_geometry::Se2;
 use nalgebra::Vector2;
 

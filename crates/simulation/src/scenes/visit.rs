@@ -2,7 +2,7 @@
 
 use super::face::{Face, Feature, Placed, THICKNESS};
 use crate::drive::Route;
-use crate::random::Random;
+use groma_estimation::streams::Random;
 use nalgebra::Vector2;
 
 /// How far from its ends a line of the route has room for a turn into a door [m].

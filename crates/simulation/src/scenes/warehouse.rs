@@ -9,8 +9,8 @@ use super::face::Face;
 use super::row::Row;
 use super::stock::{Room, Stock};
 use crate::drive::Route;
-use crate::random::Random;
 use crate::world::{FURNITURE, REFLECTOR, WALL, World};
+use groma_estimation::streams::Random;
 use nalgebra::Vector2;
 
 /// Size of the hall along x and y [m].
