@@ -4,20 +4,24 @@
 //! will be, at that time. The pose is `T_map_base`, its covariance that of the right perturbation.
 
 use crate::error::Error;
-use crate::gates::Gates;
+use crate::gating::Sighted;
 use crate::history::History;
-use crate::hold::{Glance, way_of};
+use crate::integrity::{Integrity, Support};
 use crate::joint::{CalibrationCovariance, Joint, Motion};
+use crate::landmark_filter::{LandmarkFilter, Scan};
 use crate::map::StaticMap;
-use crate::memory::Memory;
-use crate::options::Options;
-use crate::quality::{Monitor, Quality, Status, weakest};
+use crate::observation::Observation;
+use crate::odometer::Odometer;
+use crate::options::{Mode, Options};
+use crate::quality::Quality;
 use crate::relocalize::Relocalizer;
 use crate::search::Search;
-use groma_geometry::{Se2, largest_sigma};
-use groma_models::LandmarkMap;
+use crate::update::{Update, View};
+use crate::wall_hold::{WallHold, is_wide};
+use groma_geometry::Se2;
 use groma_models::bounds::{COORDINATE, STAMP, VARIANCE};
-use nalgebra::{Matrix3, SMatrix, Vector2};
+use groma_models::{LandmarkKind, LandmarkMap, LaserScan};
+use nalgebra::{Matrix3, SMatrix};
 use std::sync::Arc;
 
 /// Standard deviations of a pose that is not known [m], [rad].
@@ -39,33 +43,15 @@ pub struct Start {
 /// A vehicle on a map.
 #[derive(Clone, Debug)]
 pub struct Localizer {
-    pub(crate) options: Options,
-    /// Shared: the states of a filter that is set back and goes on anew have the same map.
-    pub(crate) map: Arc<StaticMap>,
-    pub(crate) mount: Se2,
-    pub(crate) joint: Joint,
-    pub(crate) memory: Memory,
-    pub(crate) history: History,
-    pub(crate) monitor: Monitor,
-    pub(crate) quality: Quality,
-    /// Whether the pose was ever known.
-    pub(crate) known: bool,
-    /// chi2(2 k, p) of k pairings.
-    pub(crate) gates: Gates,
-    /// Way driven [m] and scans seen.
-    pub(crate) way: f64,
-    pub(crate) scans: u64,
+    filter: LandmarkFilter,
+    /// `T_base_laser`.
+    mount: Se2,
+    history: History,
+    odometer: Odometer,
+    integrity: Integrity,
+    wall_hold: WallHold,
     /// Looks for the place while it is lost.
-    pub(crate) search: Option<Search>,
-    /// A scan for the walls, and way and turn when the last was taken.
-    pub(crate) glance: Option<Glance>,
-    pub(crate) glanced: f64,
-    /// Way and turn driven, one radian a metre.
-    pub(crate) stir: f64,
-    /// Factor on the covariance of motions, learned.
-    pub(crate) motion_factor: f64,
-    /// Whether walls held the pose when they were last asked.
-    pub(crate) held: bool,
+    search: Option<Search>,
 }
 
 impl Localizer {
@@ -86,28 +72,16 @@ impl Localizer {
         let (pose, covariance) = start.pose.unwrap_or((Se2::IDENTITY, unknown()));
         check_pose(&pose, &covariance)?;
         let joint = Joint::new(pose, &covariance, start.calibration.as_ref());
-        let memory = Memory::new(map.landmarks().len());
         let mut localizer = Self {
-            options,
-            map,
+            filter: LandmarkFilter::new(joint, map, options),
             mount: start.mount,
-            joint,
-            memory,
             history: History::new(start.stamp),
-            monitor: Monitor::new(&options.lost),
-            quality: Quality::default(),
-            known: start.pose.is_some(),
-            gates: Gates::new(options.gate),
-            way: 0.0,
-            scans: 0,
+            odometer: Odometer::default(),
+            integrity: Integrity::new(start.pose.is_some(), &options.lost),
+            wall_hold: WallHold::new(),
             search: None,
-            glance: None,
-            glanced: f64::NEG_INFINITY,
-            stir: 0.0,
-            motion_factor: 1.0,
-            held: false,
         };
-        localizer.judge(&Matrix3::zeros(), 0.0);
+        localizer.judge(&Support::none());
         Ok(localizer)
     }
 
@@ -138,15 +112,14 @@ impl Localizer {
         if !(sane && STAMP.holds(stamp) && is_covariance(&motion.covariance)) {
             return Err(Error::Unusable { what: "the motion" });
         }
-        self.joint.predict(&Motion { covariance: motion.covariance * self.motion_factor, ..*motion });
+        let covariance = motion.covariance * self.wall_hold.motion_factor();
+        self.filter.joint.predict(&Motion { covariance, ..*motion });
         self.history.push(stamp, &motion.motion);
         if let Some(search) = &mut self.search {
-            search.advance(&motion.motion, self.quality.status == Status::Lost);
+            search.advance(&motion.motion, self.integrity.is_lost());
         }
-        self.way += motion.motion.translation.norm();
-        self.stir += way_of(&motion.motion);
-        self.quality.sigma_position = self.sigma_position();
-        self.quality.sigma_heading = self.joint.pose_covariance().m33.sqrt();
+        self.odometer.advance(&motion.motion);
+        self.integrity.measure(&self.filter.joint);
         Ok(())
     }
 
@@ -156,13 +129,81 @@ impl Localizer {
     /// A pose that is not finite or a covariance that is none; nothing has changed then.
     pub fn relocate(&mut self, pose: Se2, covariance: &Matrix3<f64>) -> Result<(), Error> {
         check_pose(&pose, covariance)?;
-        self.memory.clear(&mut self.joint);
-        self.joint.replace_pose(pose, covariance);
-        self.monitor.restart();
-        (self.glanced, self.held, self.motion_factor) = (f64::NEG_INFINITY, false, 1.0);
-        self.known = true;
-        self.judge(&Matrix3::zeros(), 0.0);
+        self.filter.relocate(pose, covariance);
+        self.wall_hold.restart();
+        self.integrity.restart();
+        self.judge(&Support::none());
         Ok(())
+    }
+
+    /// The beams of a scan: while the vehicle is lost they help to find its place, else they are kept for the next update, where
+    /// walls hold the pose if landmarks do not.
+    pub fn look(&mut self, scan: &LaserScan) {
+        let (laser, end) = (self.laser_at(scan.stamp), scan.beam_stamp(scan.ranges.len()));
+        let twist = self.history.twist(scan.stamp, end);
+        let Some(search) = &mut self.search else { return };
+        if self.integrity.is_lost() {
+            search.look(scan, &laser, twist);
+        } else if self.filter.options().mode.uses_walls() && search.walls().is_some() {
+            self.wall_hold.keep(scan, &laser, twist, self.odometer.with_turns());
+        }
+    }
+
+    /// Takes in the corners and reflectors of a scan.
+    ///
+    /// `view` tells which places the scan would show: without it no landmark is ever missed, only forgotten with time and
+    /// distance. While the pose is not known nothing is learned.
+    pub fn update(&mut self, observations: &[Observation], view: Option<View<'_>>) -> Update {
+        let sighted = self.usable(observations);
+        let relocated = self.find_place(&sighted);
+        let mut update = Update { unusable: observations.len() - sighted.len(), relocated, ..Update::default() };
+        if self.integrity.is_known() {
+            if is_wide(&self.filter.joint) {
+                self.take_in_walls();
+            }
+            let (mount, stamp, distance) = (self.mount, self.history.now(), self.odometer.distance());
+            let learned = self.filter.update(&Scan { sighted: &sighted, view, mount, stamp, distance });
+            self.take_in_walls();
+            let (support, matched, nis) = self.filter.support(&learned, &sighted);
+            self.integrity.see(sighted.len(), matched, nis, self.filter.expects_matches());
+            self.judge(&support);
+            (update.matches, update.begun, update.cut_short) = (learned.matches, learned.begun, learned.cut_short);
+            (update.proven, update.forgotten) = (learned.changes.proven, learned.changes.forgotten);
+        }
+        Update { quality: self.integrity.quality(), ..update }
+    }
+
+    /// Observations with the place of their laser, by their place in the list.
+    fn usable<'a>(&self, observations: &'a [Observation]) -> Vec<(usize, Sighted<'a>)> {
+        let options = self.filter.options();
+        let wanted = |o: &Observation| options.mode != Mode::Reflectors || o.kind == LandmarkKind::Reflector;
+        let usable = observations.iter().enumerate();
+        let usable = usable.filter(|(_, o)| o.is_usable() && o.polar.x <= options.range_max && wanted(o));
+        let mut last = (f64::NAN, Se2::IDENTITY); // beams of one time share the place
+        let mut laser = |stamp: f64| {
+            if stamp != last.0 {
+                last = (stamp, self.laser_at(stamp));
+            }
+            last.1
+        };
+        usable.map(|(k, o)| (k, Sighted { observation: o, laser: laser(o.stamp) })).collect()
+    }
+
+    /// Looks for the place while it is lost; the probability with which it was found.
+    fn find_place(&mut self, sighted: &[(usize, Sighted<'_>)]) -> Option<f64> {
+        let search = self.search.as_mut().filter(|_| self.integrity.is_lost())?;
+        let seen: Vec<(Observation, Se2)> = sighted.iter().map(|(_, s)| (*s.observation, s.laser)).collect();
+        let found = search.see(&seen)?;
+        self.relocate(found.pose, &found.covariance).ok().map(|()| found.probability)
+    }
+
+    /// Takes in the scan that was kept for the walls.
+    fn take_in_walls(&mut self) {
+        let Some(walls) = self.search.as_ref().and_then(|s| s.walls()) else { return };
+        let evidence = self.wall_hold.take_in(&mut self.filter.joint, &walls, self.odometer.with_turns());
+        if let Some(log_ratio) = evidence {
+            self.integrity.hear(log_ratio);
+        }
     }
 
     /// Time of the last motion [s].
@@ -174,72 +215,46 @@ impl Localizer {
     /// `T_map_base`.
     #[must_use]
     pub fn pose(&self) -> Se2 {
-        self.joint.pose()
+        self.filter.joint.pose()
     }
 
     /// Covariance of the pose's right perturbation.
     #[must_use]
     pub fn covariance(&self) -> Matrix3<f64> {
-        self.joint.pose_covariance()
+        self.filter.joint.pose_covariance()
     }
 
     /// What the pose is worth.
     #[must_use]
     pub fn quality(&self) -> Quality {
-        self.quality
+        self.integrity.quality()
     }
 
     /// Pose, calibration and landmarks in memory.
     #[must_use]
     pub fn joint(&self) -> &Joint {
-        &self.joint
+        &self.filter.joint
     }
 
-    /// Way driven [m].
+    /// Distance driven [m].
     #[must_use]
-    pub fn way(&self) -> f64 {
-        self.way
+    pub fn distance(&self) -> f64 {
+        self.odometer.distance()
     }
 
     /// Landmarks found on the way that hold the pose, and those that are on trial.
     #[must_use]
     pub fn found(&self) -> (usize, usize) {
-        let proven = self.memory.all_found().filter(|(_, f)| f.proven).count();
-        (proven, self.memory.all_found().count() - proven)
+        self.filter.found()
     }
 
-    /// Sets the figures that follow from pose, scan and evidence.
-    pub(crate) fn judge(&mut self, information: &Matrix3<f64>, distance: f64) {
-        let sigma = self.sigma_position();
-        let q = &mut self.quality;
-        q.sigma_position = sigma;
-        q.sigma_heading = self.joint.pose_covariance().m33.sqrt();
-        q.geometry = weakest(information, distance);
-        q.matched_share = self.monitor.share();
-        q.lost_evidence = self.monitor.evidence();
-        let lost = !self.known || self.monitor.is_lost() || sigma > self.options.lost.sigma_max;
-        q.status = match lost {
-            true => Status::Lost,
-            false if q.matched == 0 && !self.held => Status::Coasting,
-            false => Status::Tracking,
-        };
-    }
-
-    /// Along the weakest direction [m].
-    pub(crate) fn sigma_position(&self) -> f64 {
-        largest_sigma(&self.joint.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned())
+    fn judge(&mut self, support: &Support) {
+        self.integrity.judge(&self.filter.joint, support, self.wall_hold.constrains());
     }
 
     /// From where a beam was fired at `stamp`: the laser, seen from the vehicle now.
-    pub(crate) fn laser_at(&self, stamp: f64) -> Se2 {
+    fn laser_at(&self, stamp: f64) -> Se2 {
         self.history.since(stamp) * self.mount
-    }
-
-    /// Range and bearing at which the laser would now see a place.
-    #[must_use]
-    pub fn sight(&self, place: Vector2<f64>) -> Vector2<f64> {
-        let q = (self.joint.pose() * self.mount).inverse().act(place);
-        Vector2::new(q.norm(), q.y.atan2(q.x))
     }
 }
 

@@ -26,8 +26,8 @@ pub(crate) struct Found {
     pub misses: u32,
     /// Whether it holds the pose.
     pub proven: bool,
-    /// Way [m] and time [s] when it was last seen.
-    pub way: f64,
+    /// Distance driven [m] and time [s] when it was last seen.
+    pub distance: f64,
     pub stamp: f64,
 }
 
@@ -145,11 +145,11 @@ impl Memory {
     }
 
     /// Proves and forgets landmarks found on the way.
-    pub fn review(&mut self, joint: &mut Joint, way: f64, stamp: f64, options: &DynamicOptions) -> Changes {
+    pub fn review(&mut self, joint: &mut Joint, distance: f64, stamp: f64, options: &DynamicOptions) -> Changes {
         let mut changes = Changes::default();
         for slot in (0..self.slots.len()).rev() {
             let Slot::Found(found) = &mut self.slots[slot] else { continue };
-            if found.is_spent(way, stamp, options) {
+            if found.is_spent(distance, stamp, options) {
                 self.remove(joint, slot);
                 changes.forgotten += 1;
             } else if !found.proven && found.hits >= options.hits {
@@ -162,11 +162,11 @@ impl Memory {
 }
 
 impl Found {
-    fn is_spent(&self, way: f64, stamp: f64, options: &DynamicOptions) -> bool {
+    fn is_spent(&self, distance: f64, stamp: f64, options: &DynamicOptions) -> bool {
         let failed = !self.proven && self.hits < options.hits && self.visible >= options.trial;
         let rare =
             self.visible >= 2 * options.trial && f64::from(self.hits) < options.share_min * f64::from(self.visible);
-        let old = way - self.way > options.way_max || stamp - self.stamp > options.time_max;
+        let old = distance - self.distance > options.way_max || stamp - self.stamp > options.time_max;
         failed || rare || old || self.misses >= options.misses
     }
 }

@@ -131,9 +131,9 @@ fn a_pose_that_the_walls_contradict_is_lost_and_found_again() {
     let (mut lost, mut found) = (None, None);
     drive(&mut astray, from, 1.0, 3, |localizer, truth| {
         let is_lost = localizer.quality().status == Status::Lost;
-        lost = lost.or(is_lost.then(|| localizer.way()));
+        lost = lost.or(is_lost.then(|| localizer.distance()));
         if lost.is_some() && !is_lost {
-            found = Some((localizer.way(), truth.minus(&localizer.pose()).norm()));
+            found = Some((localizer.distance(), truth.minus(&localizer.pose()).norm()));
         }
         found.is_some()
     });
@@ -151,12 +151,12 @@ fn starts(walls: &[[f64; 4]], places: &[Se2]) -> (usize, usize, Vec<f64>) {
         let mut lost = localizer(walls, None);
         drive(&mut lost, *from, 1.0, k as u64, |localizer, truth| {
             if localizer.quality().status == Status::Lost {
-                return localizer.way() > 9.0;
+                return localizer.distance() > 9.0;
             }
             let error = truth.minus(&localizer.pose());
             let is_right = error.xy().norm() < 0.2 && error.z.abs() < 0.05;
             (right, wrong) = (right + usize::from(is_right), wrong + usize::from(!is_right));
-            ways.push(localizer.way());
+            ways.push(localizer.distance());
             true
         });
     }

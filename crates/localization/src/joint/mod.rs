@@ -24,7 +24,7 @@ mod learn;
 mod linear;
 
 use crate::symmetric::Symmetric;
-use groma_geometry::Se2;
+use groma_geometry::{Se2, largest_sigma};
 use nalgebra::{DMatrix, Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 
 pub(crate) use learn::Gain;
@@ -97,6 +97,18 @@ impl Joint {
     #[must_use]
     pub fn pose_covariance(&self) -> Matrix3<f64> {
         Matrix3::from_fn(|i, j| self.covariance.at(i, j))
+    }
+
+    /// Standard deviation of the position along its weakest direction [m].
+    #[must_use]
+    pub fn sigma_position(&self) -> f64 {
+        largest_sigma(&self.pose_covariance().fixed_view::<2, 2>(0, 0).into_owned())
+    }
+
+    /// Standard deviation of the heading [rad].
+    #[must_use]
+    pub fn sigma_heading(&self) -> f64 {
+        self.covariance.at(2, 2).sqrt()
     }
 
     /// The means of the landmarks in memory, slot by slot [m].

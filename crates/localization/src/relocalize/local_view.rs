@@ -17,7 +17,7 @@ const MERGE: f64 = 0.2;
 const SCANS: usize = 12;
 /// A scan is kept this far from the one before [m], [rad].
 const APART: (f64, f64) = (0.4, 0.3);
-/// What the odometry between two scans is trusted to: [m] and [rad], and shares of the way and the turn.
+/// What the odometry between two scans is trusted to: [m] and [rad], and shares of the distance and the turn.
 const ODOMETRY: (f64, f64, f64) = (0.02, 0.1, 0.15);
 /// Degrees of freedom of its prior: it may be badly wrong.
 const ODOMETRY_DOF: f64 = 4.0;
@@ -43,8 +43,8 @@ pub struct Seen {
     pub descriptor: Option<u128>,
     /// Number of sightings.
     pub sightings: u32,
-    /// Way at which it was last seen [m].
-    way: f64,
+    /// Distance driven when it was last seen [m].
+    distance: f64,
 }
 
 /// A scan that is kept.
@@ -56,8 +56,8 @@ pub struct Look {
     pub beams: Vec<Beam>,
     /// Its points with normals, in the frame of the vehicle that made it.
     pub surface: SurfaceScan,
-    /// Way at which it was made [m].
-    way: f64,
+    /// Distance driven when it was made [m].
+    distance: f64,
 }
 
 /// The last metres of a drive.
@@ -68,13 +68,13 @@ pub struct LocalView {
     landmarks: Vec<Seen>,
     looks: Vec<Look>,
     surfaces: SurfaceMap,
-    way: f64,
+    distance: f64,
 }
 
 impl Default for LocalView {
     fn default() -> Self {
         let (landmarks, looks, surfaces) = (Vec::new(), Vec::new(), SurfaceMap::default());
-        Self { pose: Se2::IDENTITY, landmarks, looks, surfaces, way: 0.0 }
+        Self { pose: Se2::IDENTITY, landmarks, looks, surfaces, distance: 0.0 }
     }
 }
 
@@ -82,13 +82,13 @@ impl LocalView {
     /// The vehicle has moved.
     pub fn advance(&mut self, motion: &Se2) {
         self.pose = self.pose * *motion;
-        self.way += motion.translation.norm();
+        self.distance += motion.translation.norm();
     }
 
     /// Observations of a scan, each with the laser as the vehicle has it now.
     pub fn see(&mut self, observations: &[(Observation, Se2)]) {
         for (o, laser) in observations.iter().filter(|(o, _)| o.is_usable()) {
-            let seen = Seen::new(o, &(self.pose * *laser), self.way);
+            let seen = Seen::new(o, &(self.pose * *laser), self.distance);
             let twin = |s: &&mut Seen| s.kind == seen.kind && (s.point - seen.point).norm() < MERGE;
             match self.landmarks.iter_mut().find(twin) {
                 Some(known) => known.merge(&seen),
@@ -113,17 +113,17 @@ impl LocalView {
             }
         }
         self.surfaces.insert(&surface, &self.pose);
-        self.looks.push(Look { pose: self.pose, beams: beams(scan, laser), surface, way: self.way });
+        self.looks.push(Look { pose: self.pose, beams: beams(scan, laser), surface, distance: self.distance });
         if self.looks.len() > SCANS {
             self.looks.remove(0);
         }
     }
 
-    /// Forgets what was seen more than `way` [m] ago.
-    pub fn forget_beyond(&mut self, way: f64) {
-        let (now, looks) = (self.way, self.looks.len());
-        self.landmarks.retain(|s| now - s.way <= way);
-        self.looks.retain(|l| now - l.way <= way);
+    /// Forgets what was seen more than `distance` [m] ago.
+    pub fn forget_beyond(&mut self, distance: f64) {
+        let (now, looks) = (self.distance, self.looks.len());
+        self.landmarks.retain(|s| now - s.distance <= distance);
+        self.looks.retain(|l| now - l.distance <= distance);
         if self.looks.len() < looks {
             self.surfaces = SurfaceMap::default();
             self.looks.iter().for_each(|l| self.surfaces.insert(&l.surface, &l.pose));
@@ -167,24 +167,24 @@ impl LocalView {
         self.landmarks.is_empty() && self.looks.is_empty()
     }
 
-    /// Way driven since the beginning [m].
+    /// Distance driven since the beginning [m].
     #[must_use]
-    pub fn way(&self) -> f64 {
-        self.way
+    pub fn distance(&self) -> f64 {
+        self.distance
     }
 }
 
 /// What the odometry says of a pose after a step.
 fn prior(pose: &Se2, step: &Se2) -> Prior {
-    let (way, turn) = (step.translation.norm(), step.theta().abs());
-    let xy = ODOMETRY.0 + ODOMETRY.1 * way;
-    let heading = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * turn;
+    let (distance, turn) = (step.translation.norm(), step.theta().abs());
+    let xy = ODOMETRY.0 + ODOMETRY.1 * distance;
+    let heading = ODOMETRY.0 + ODOMETRY.1 * distance + ODOMETRY.2 * turn;
     let information = Matrix3::from_diagonal(&Vector3::new(xy.powi(-2), xy.powi(-2), heading.powi(-2)));
     Prior { pose: *pose, information, dof: ODOMETRY_DOF }
 }
 
 impl Seen {
-    fn new(o: &Observation, laser: &Se2, way: f64) -> Self {
+    fn new(o: &Observation, laser: &Se2, distance: f64) -> Self {
         let (sin, cos) = o.polar.y.sin_cos();
         let r = laser.rotation.matrix();
         let j = r * Matrix2::new(cos, -o.polar.x * sin, sin, o.polar.x * cos);
@@ -195,14 +195,14 @@ impl Seen {
             orientation: o.orientation.map(|a| wrap(a + laser.theta())),
             descriptor: o.descriptor,
             sightings: 1,
-            way,
+            distance,
         }
     }
 
     fn merge(&mut self, other: &Self) {
         self.sightings += 1;
         self.point += (other.point - self.point) / f64::from(self.sightings);
-        self.way = other.way;
+        self.distance = other.distance;
         if other.covariance.trace() < self.covariance.trace() {
             self.covariance = other.covariance;
             self.orientation = other.orientation.or(self.orientation);
