@@ -92,7 +92,7 @@ impl LandmarkFilter {
         self.memory.limit(&mut self.joint, self.options.memory);
         let open = self.open(scan.sighted);
         let (pairings, cut_short) = self.learn(open, scan.sighted);
-        let matches = self.matches(&pairings);
+        let matches = self.matches(&pairings, scan.sighted);
         self.record(&pairings, scan);
         let creates = self.options.mode.creates();
         let changes = if creates { self.live_on(&pairings, scan) } else { Changes::default() };
@@ -203,9 +203,9 @@ impl LandmarkFilter {
         })
     }
 
-    fn matches(&self, pairings: &[Pairing]) -> Vec<Match> {
+    fn matches(&self, pairings: &[Pairing], sighted: &[(usize, Sighted<'_>)]) -> Vec<Match> {
         let to_match = |p: &Pairing| Match {
-            observation: p.observation,
+            observation: sighted[p.observation].0,
             landmark: p.landmark,
             holds: self.gain(p) != Gain::Landmark,
             innovation: p.linear.residual,

@@ -120,6 +120,24 @@ fn bad_input_changes_nothing_and_says_why() {
 }
 
 #[test]
+fn a_match_names_its_observation_though_others_before_it_cannot_be_used() {
+    let mut hall = Hall::new(3, 30, 0, 20.0, 1.0);
+    let map = exact(&mut hall);
+    let truth = Se2::new(10.0, 9.0, 0.4);
+    let seen = noise_free(&hall, &(truth * MOUNT), 0.0);
+    let matches = |observations: &[Observation]| {
+        let start = at_rest(Some((truth, prior(0.01))));
+        let mut localizer = Localizer::new(map.clone(), &start, Options::default()).unwrap();
+        localizer.update(observations, None).matches.iter().map(|m| (m.observation, m.landmark)).collect::<Vec<_>>()
+    };
+    let bad = Observation { covariance: Matrix2::zeros(), ..seen[0] };
+    let shifted: Vec<_> =
+        matches(&seen).into_iter().map(|(observation, landmark)| (observation + 1, landmark)).collect();
+    assert!(shifted.len() > 3);
+    assert_eq!(matches(&[&[bad], &seen[..]].concat()), shifted);
+}
+
+#[test]
 fn what_cannot_be_used_is_refused_at_the_start() {
     let landmark = Landmark {
         kind: LandmarkKind::Corner,
