@@ -1,21 +1,22 @@
 //! From rough poses to few good ones: count, refine, tell apart.
 //!
 //! A pose is refined by pairing each seen landmark with the nearest landmark of the map of its kind, one to one, and by
-//! weighted least squares, in turns:
+//! weighted least squares, in turns, each turn with the pairs and the weights W of its beginning:
 //!
 //! ```text
 //! minimise sum r^T W r,   r = m - T q,   W = (R C R^T + Sigma_m + s^2 I)^-1,   covariance = (sum J^T W J)^-1,   J = R [ I | q^perp ]
 //! ```
 //!
-//! where s is what the odometry of the view adds. Not by `estimation::levenberg_marquardt`: the pairs change with every one of
-//! the four rounds, so there is no one cost by which a step could be refused.
+//! where s is what the odometry of the view adds.
 
 use super::{Located, RelocalizeOptions, Seen};
 use crate::map::StaticMap;
+use groma_estimation::levenberg_marquardt::{self, Normal, Problem, minimize};
 use groma_geometry::{Se2, wrap};
 use groma_models::Landmark;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 use std::collections::HashMap;
+use std::convert::Infallible;
 
 /// Poses within a cell of this size are one guess [m], [rad].
 const CELL: (f64, f64) = (0.5, 0.17);
@@ -23,6 +24,8 @@ const CELL: (f64, f64) = (0.5, 0.17);
 const SAME: (f64, f64) = (0.5, 0.17);
 /// Rounds of pairing and fitting.
 const ROUNDS: usize = 4;
+/// A fit ends at a step that promises less than a millionth of a chi-square of one.
+const FIT: levenberg_marquardt::Options = levenberg_marquardt::Options { max_iterations: 10, tolerance: 1e-6 };
 /// Standard deviation that the odometry of the view adds to a landmark [m].
 const VIEW_SIGMA: f64 = 0.03;
 /// Pairs that a pose needs.
@@ -82,9 +85,9 @@ pub(super) fn refine(guess: &Se2, seen: &[Seen], map: &StaticMap, options: &Relo
         if pairs.len() < LEAST_PAIRS {
             return None;
         }
-        let (normal, gradient) = normal(&pose, &pairs, seen, map)?;
-        pose = pose.plus(normal.cholesky()?.solve(&gradient));
-        information = normal;
+        let mut fit = Fit::new(&pose, &pairs, seen, map)?;
+        let Ok(end) = minimize(&mut fit, pose, &FIT);
+        (pose, information) = (end?.state, fit.normal.information);
     }
     Some((pose, information.try_inverse()?, pairs))
 }
@@ -112,22 +115,53 @@ pub(super) fn pair(
     pairs
 }
 
-fn normal(
-    pose: &Se2,
-    pairs: &[(usize, usize)],
-    seen: &[Seen],
-    map: &StaticMap,
-) -> Option<(Matrix3<f64>, Vector3<f64>)> {
-    let r = pose.rotation.matrix();
-    let (mut normal, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
-    for (s, k) in pairs {
-        let (q, landmark) = (&seen[*s], &map.landmarks()[*k]);
-        let weight = spread(pose, q, landmark).try_inverse()?;
-        let j = r * Matrix2x3::new(1.0, 0.0, -q.point.y, 0.0, 1.0, q.point.x);
-        normal += j.transpose() * weight * j;
-        gradient += j.transpose() * weight * (landmark.position - pose.act(q.point));
+/// Paired landmarks: seen, mapped, and the weight of their distance.
+struct Fit {
+    pairs: Vec<(Vector2<f64>, Vector2<f64>, Matrix2<f64>)>,
+    normal: Normal<3>,
+}
+
+impl Fit {
+    fn new(pose: &Se2, pairs: &[(usize, usize)], seen: &[Seen], map: &StaticMap) -> Option<Self> {
+        let pair = |&(s, k): &(usize, usize)| {
+            let (one, landmark) = (&seen[s], &map.landmarks()[k]);
+            Some((one.point, landmark.position, spread(pose, one, landmark).try_inverse()?))
+        };
+        Some(Self { pairs: pairs.iter().map(pair).collect::<Option<_>>()?, normal: Normal::zeros() })
     }
-    Some((normal, gradient))
+}
+
+impl Problem for Fit {
+    type State = Se2;
+    type Step = Vector3<f64>;
+    type Error = Infallible;
+
+    fn cost(&mut self, pose: &Se2) -> Result<Option<f64>, Infallible> {
+        let square = |(q, m, weight): &(Vector2<f64>, Vector2<f64>, Matrix2<f64>)| {
+            let r = m - pose.act(*q);
+            r.dot(&(weight * r))
+        };
+        Ok(Some(self.pairs.iter().map(square).sum()))
+    }
+
+    fn linearize(&mut self, pose: &Se2) -> Result<(), Infallible> {
+        let r = pose.rotation.matrix();
+        self.normal = Normal::zeros();
+        for (q, m, weight) in &self.pairs {
+            let j = r * Matrix2x3::new(1.0, 0.0, -q.y, 0.0, 1.0, q.x);
+            self.normal.information += j.transpose() * weight * j;
+            self.normal.gradient -= j.transpose() * weight * (m - pose.act(*q));
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(Vector3<f64>, f64)>, Infallible> {
+        Ok(self.normal.step(damping))
+    }
+
+    fn moved(&self, pose: &Se2, step: &Vector3<f64>) -> Option<Se2> {
+        Some(pose.plus(*step))
+    }
 }
 
 /// Covariance of the distance of a pair.
