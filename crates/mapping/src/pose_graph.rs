@@ -17,6 +17,8 @@
 
 mod admit;
 mod check;
+#[cfg(test)]
+mod common_loop;
 mod dogleg;
 mod error;
 mod linear;

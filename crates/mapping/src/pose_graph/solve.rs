@@ -1,7 +1,9 @@
 //! Descent on a pose graph with given edge weights: Gauss-Newton inside a trust region.
 //!
-//! The step is Powell's dogleg: a failed step shrinks the region and costs no new factorisation. It follows narrow
-//! curved valleys (an odometry that knows a standstill to a micrometre) in which Levenberg's damping creeps. A matrix
+//! The step is Powell's dogleg, not that of `estimation::levenberg_marquardt`: a failed step shrinks the region and costs
+//! no new factorisation, and it follows narrow curved valleys in which Levenberg's damping creeps. On a drive of ten laps
+//! with odometry that knows standstills to a millimetre it takes 6 to 7 factorisations, the common loop 18 to 30; to a
+//! micrometre 6 to 7, and the common loop does not end within 200 steps (`common_loop.rs` prints it). A matrix
 //! that is not positive definite at some iterate is damped there by `lambda D` until it is.
 //!
 //! A descent ends when the whole step promises less than `tolerance (1 + cost)`: the promise `g^T d` is the squared
@@ -184,7 +186,7 @@ impl<'a> Solver<'a> {
 }
 
 /// The nodes moved by `-delta`; node 0 stays.
-fn retract(nodes: &[Se2], delta: &[Vector3<f64>]) -> Vec<Se2> {
+pub(super) fn retract(nodes: &[Se2], delta: &[Vector3<f64>]) -> Vec<Se2> {
     let moved = nodes.iter().skip(1).zip(delta).map(|(x, d)| Se2 {
         rotation: (x.rotation * So2::exp(-d.z)).normalized(),
         translation: x.translation - x.rotation.act(Vector2::new(d.x, d.y)),

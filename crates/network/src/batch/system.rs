@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 type Block = SMatrix<f64, B, B>;
 
 /// `A x = -g`.
-pub(super) struct System {
+pub(crate) struct System {
     matrix: BlockMatrix<B>,
     gradient: Vec<SVector<f64, B>>,
     cholesky: Cholesky<B>,

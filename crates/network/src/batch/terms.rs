@@ -18,7 +18,7 @@ const PLANE: [usize; 3] = [0, 1, 5];
 const UPRIGHT: [usize; 3] = [2, 3, 4];
 
 /// Fills the system and returns the cost; nothing where a camera does not see a corner.
-pub(super) fn linearise(
+pub(crate) fn linearise(
     batch: &Batch,
     state: &State,
     system: &mut System,

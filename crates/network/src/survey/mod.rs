@@ -8,6 +8,8 @@
 //! ```
 
 mod alarm;
+#[cfg(test)]
+mod common_loop;
 mod filtering;
 mod judged;
 mod lens;

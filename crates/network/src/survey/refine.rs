@@ -56,6 +56,14 @@ pub(super) fn run(
     if kept.len() == taken.len() { Ok(first) } else { solve(&kept) }
 }
 
+/// The batch of the views that the filter took, and its start.
+#[cfg(test)]
+pub(super) fn taken(lenses: &[Lens], halts: &[Halt], filtered: &Filtered, options: &Options) -> (Batch, State) {
+    let views = chosen(filtered, |v| matches!(v, Verdict::Taken | Verdict::Born));
+    let problem = problem(lenses, halts, filtered, &views, options);
+    (problem.batch, problem.start)
+}
+
 fn chosen(filtered: &Filtered, wanted: impl Fn(Verdict) -> bool) -> Vec<usize> {
     let judged = filtered.judged.iter().enumerate();
     judged.filter(|(_, view)| view.place.is_some() && wanted(view.verdict)).map(|(k, _)| k).collect()
