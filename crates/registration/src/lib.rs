@@ -6,6 +6,8 @@
 //! [`grid_surfaces`] makes surfaces of an occupancy grid.
 //! Where every tenth of a millimetre counts, [`mutual`] registers the [`contour`]s of two scans to each other.
 
+#[cfg(test)]
+mod common_loop;
 pub mod contour;
 pub mod correlative;
 pub mod grid_surfaces;

@@ -12,7 +12,9 @@
 //! residual has beyond what the one before tells of it, and S its covariance. The divisor `sum(w)`, which is the number
 //! of residuals in the end, makes this a few turns (Kent, Tyler, Vardi, Comm. Statist. Simul. 23 (1994)).
 //! Not by `estimation::levenberg_marquardt`: weights, scale and covariances are of another problem after every step, so
-//! costs do not compare from turn to turn; within a turn a step is halved until the weighted squares do not rise.
+//! costs do not compare from turn to turn; within a turn a step is halved until the weighted squares do not rise. Minimising
+//! the squares of every turn by it gives the same estimate after as many turns (454 instead of 453 over 20 calibrations), with
+//! 1323 linearisations instead of one a turn (`tests/vehicle_common_loop.rs` prints it).
 //! Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", JASA 84 (1989).
 
 use super::Error;

@@ -2,6 +2,8 @@
 //!
 //! `cargo test --release -p groma-mapping common_loop -- --nocapture` prints the figures.
 
+#![allow(clippy::print_stdout)]
+
 use super::linear::System;
 use super::solve::{Solver, retract};
 use super::{Edge, Error, Options, PoseGraph};

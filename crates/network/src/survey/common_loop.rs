@@ -2,6 +2,8 @@
 //!
 //! `cargo test --release -p groma-network common_loop -- --nocapture` prints the figures.
 
+#![allow(clippy::print_stdout)]
+
 use super::{Detection, KnownCamera, Survey, filtering, lens, refine, stops};
 use crate::batch::{Batch, Lens, State, System, linearise};
 use crate::{Error, Options};
