@@ -5,9 +5,10 @@
 //! ```
 //!
 //! The distribution is that of statrs. Its quantile fails in the lower tail (statrs 0.19 gives 9e-10 for p = 1e-9 and one
-//! degree of freedom, where 1.6e-18 is right), so it is found here: Newton's steps from the approximation of Wilson and
-//! Hilferty, kept in a shrinking bracket. Source: Abramowitz, Stegun 26.4.17.
+//! degree of freedom, where 1.6e-18 is right), so it is found here: [`root::newton`] from the approximation of Wilson and Hilferty.
+//! Source: Abramowitz, Stegun 26.4.17.
 
+use crate::root;
 use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF};
 use statrs::function::gamma::ln_gamma;
 
@@ -34,33 +35,14 @@ pub fn quantile(p: f64, dof: usize) -> f64 {
     }
     let known = ChiSquared::new(dof as f64).ok().filter(|_| p > 0.0);
     let Some(distribution) = known else { return if p.is_nan() { p } else { 0.0 } };
-    let (mut low, mut high) = (0.0, f64::INFINITY);
-    let mut x = wilson_hilferty(p, dof as f64);
-    for _ in 0..200 {
-        let excess = distribution.cdf(x) - p;
-        if excess > 0.0 {
-            high = x
-        } else {
-            low = x
-        }
-        let newton = x - excess / distribution.pdf(x);
-        let next = if newton > low && newton < high { newton } else { middle(low, high, x) };
-        if (next - x).abs() <= 1e-14 * x {
-            return next;
-        }
-        x = next;
-    }
-    x
+    let excess = |x: f64| (distribution.cdf(x) - p, distribution.pdf(x));
+    root::newton((0.0, f64::INFINITY), wilson_hilferty(p, dof as f64), excess, |x| 1e-14 * x)
 }
 
 /// Whether a squared Mahalanobis distance is as small as that of a share `p` of all true ones.
 #[must_use]
 pub fn passes_gate(distance_sq: f64, dof: usize, p: f64) -> bool {
     distance_sq <= quantile(p, dof)
-}
-
-fn middle(low: f64, high: f64, x: f64) -> f64 {
-    if high.is_finite() { (low + high) / 2.0 } else { 2.0 * x }
 }
 
 /// A start that is right to a few percent, above zero.

@@ -8,6 +8,7 @@ pub mod levenberg_marquardt;
 pub mod loss;
 pub mod random;
 pub mod robust;
+pub mod root;
 mod selected_inverse;
 pub mod sparse;
 pub mod streams;

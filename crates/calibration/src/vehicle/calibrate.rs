@@ -18,9 +18,10 @@ use super::request::{Request, free, model};
 use super::robust::{Fit, Problem, RESIDUAL};
 use super::sandwich::{Bread, ENOUGH};
 use super::search::search;
-use groma_estimation::chi_square;
+use groma_estimation::{chi_square, root};
 use groma_models::{Drive, Token, WheelKind, WheelLog};
 use nalgebra::{DMatrix, DVector, Vector3};
+use std::convert::Infallible;
 
 /// Share of a motion around its start in which wheels that move tell continuous driving.
 const AROUND: f64 = 0.02;
@@ -247,11 +248,7 @@ fn normal_scale(tail: f64) -> f64 {
         }
         sum / mass - RESIDUAL * s_sq
     };
-    let (mut low, mut high) = (0.01, 1.0);
-    for _ in 0..60 {
-        let middle = f64::midpoint(low, high);
-        if excess(middle) > 0.0 { low = middle } else { high = middle }
-    }
+    let Ok((low, _)) = root::bisect((0.01, 1.0), 60, |s_sq| Ok::<_, Infallible>(excess(s_sq) > 0.0));
     low.sqrt()
 }
 

@@ -19,8 +19,10 @@
 //! Source: Kallasi et al. 2017 for the two models (STC, ATC), Censi et al. 2013, equation (17), for the differential
 //! drive; the complex form and the proof: `docs/theory/vehicle_calibration.md`.
 
+use groma_estimation::root;
 use groma_models::wheel_log::Step;
 use nalgebra::{Complex, Matrix2, Matrix4, SymmetricEigen, Vector2, Vector4};
+use std::convert::Infallible;
 
 /// Rows whose directions differ less than this share hold one number only.
 const SINGULAR: f64 = 1e-12;
@@ -109,18 +111,12 @@ fn equal_lengths(normal: &Matrix4<f64>, right: &Vector4<f64>) -> Option<Vector4<
     Some(basis * c.zip_map(&mu, |c, mu| c / (1.0 + lambda * mu)))
 }
 
-/// The root of the falling function g, by halving its interval.
+/// The root of the falling function g.
 fn multiplier(mu: &Vector4<f64>, c: &Vector4<f64>) -> f64 {
     let g = |lambda: f64| c.zip_map(mu, |c, mu| mu * (c / (1.0 + lambda * mu)).powi(2)).sum();
-    let (mut low, mut high) = (-1.0 / mu.max(), -1.0 / mu.min());
-    for _ in 0..HALVINGS {
-        let middle = low + (high - low) / 2.0;
-        if middle <= low || middle >= high {
-            break;
-        }
-        if g(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    low + (high - low) / 2.0
+    let ends = (-1.0 / mu.max(), -1.0 / mu.min());
+    let Ok((low, high)) = root::bisect(ends, HALVINGS, |lambda| Ok::<_, Infallible>(g(lambda) > 0.0));
+    f64::midpoint(low, high)
 }
 
 #[cfg(test)]

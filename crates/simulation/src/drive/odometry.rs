@@ -11,6 +11,7 @@
 use super::follower::Drive;
 use super::vehicle::{Vehicle, Wheels};
 use crate::error::SimulationError;
+use groma_estimation::root;
 use groma_estimation::streams::Random;
 use groma_geometry::Se2;
 use groma_models::Token;
@@ -104,16 +105,8 @@ fn scale_for(target: f64, error: impl Fn(f64) -> Result<f64, SimulationError>) -
             return Err(SimulationError::FinalError(target));
         }
     }
-    let mut low = high / 2.0;
-    for _ in 0..BISECTIONS {
-        let middle = (low + high) / 2.0;
-        if error(middle)? < target {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Ok(high)
+    let (_, scale) = root::bisect((high / 2.0, high), BISECTIONS, |scale| error(scale).map(|e| e < target))?;
+    Ok(scale)
 }
 
 fn scaled(errors: &WheelErrors, scale: f64) -> WheelErrors {
