@@ -8,8 +8,9 @@
 mod drives;
 
 use drives::{Noise, Random, grid, noisy, spoil, stop_and_go, tricycle};
+use groma_calibration::vehicle::options::RESIDUAL;
 use groma_calibration::vehicle::parameters::Full;
-use groma_calibration::vehicle::robust::{Fit, Problem as Vehicles, RESIDUAL};
+use groma_calibration::vehicle::robust::{Fit, Problem as Vehicles};
 use groma_calibration::vehicle::search::search;
 use groma_calibration::vehicle::{Layout, Model, Motions, Options, Request, Segments, Vehicle, likelihood};
 use groma_estimation::levenberg_marquardt::{self, Problem, minimize};
@@ -69,7 +70,7 @@ impl Problem for Turn<'_> {
 
 /// Turns and linearisations until nothing moves, and the vehicle.
 fn by_common_loop(start: Vehicle, problem: &Vehicles<'_>, roots: &[Matrix3<f64>]) -> (usize, usize, Vehicle) {
-    let (motions, layout, tail) = (problem.motions, problem.layout, problem.options.tail);
+    let (motions, layout, student) = (problem.motions, problem.layout, problem.options.student());
     let segments = Segments::new(problem.log, &motions.motions, start.delay);
     let (mut vehicle, mut scale_sq, mut linearisations) = (start, f64::NAN, 0);
     for turn in 1..100 {
@@ -79,7 +80,7 @@ fn by_common_loop(start: Vehicle, problem: &Vehicles<'_>, roots: &[Matrix3<f64>]
         if turn == 1 {
             scale_sq = d_sq.iter().sum::<f64>() / (RESIDUAL * d_sq.len() as f64);
         }
-        let weights: Vec<f64> = d_sq.iter().map(|d| (tail + RESIDUAL) / (tail + d / scale_sq)).collect();
+        let weights: Vec<f64> = d_sq.iter().map(|d| student.weight(d / scale_sq)).collect();
         let squares: f64 = weights.iter().zip(&d_sq).map(|(w, d)| w * d).sum();
         scale_sq = squares / (RESIDUAL * weights.iter().sum::<f64>());
         let weights = weights.iter().map(|w| w / scale_sq).collect();

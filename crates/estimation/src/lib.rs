@@ -12,10 +12,12 @@ pub mod root;
 mod selected_inverse;
 pub mod sparse;
 pub mod streams;
+pub mod student;
 pub mod udu;
 
 pub use block_matrix::BlockMatrix;
 pub use error::Error;
 pub use loss::Loss;
 pub use sparse::Cholesky;
+pub use student::Student;
 pub use udu::Udu;

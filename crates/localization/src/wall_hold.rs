@@ -123,8 +123,8 @@ impl WallHold {
         if !self.constrains {
             return;
         }
-        let (e, d_sq) = (found.pose.minus(&prior.pose), prior.distance_sq(&found.pose));
-        let weight = ((PRIOR_DOF + 3.0) / (PRIOR_DOF + d_sq)).min(1.0);
+        let e = found.pose.minus(&prior.pose);
+        let weight = prior.student().weight(prior.distance_sq(&found.pose)).min(1.0);
         loosen(joint, 1.0 / weight);
         self.doubt_motion(&found, &e, &information, walls);
         let m = walls.covariance() * (2.0 * MEMORY / distance).max(1.0);

@@ -15,7 +15,6 @@ use groma_geometry::Se2;
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Vector2, Vector3};
 use std::convert::Infallible;
-use std::time::{Duration, Instant};
 
 /// Residuals and their derivatives, all of one round.
 type Rows = Vec<(f64, Vector3<f64>)>;
@@ -63,7 +62,6 @@ impl Problem for Round {
 struct Effort {
     rounds: usize,
     linearisations: usize,
-    time: Duration,
 }
 
 impl Effort {
@@ -78,24 +76,22 @@ impl Effort {
     }
 
     fn tell(&self, name: &str, other: &Self) {
-        let ratio = other.time.as_secs_f64() / self.time.as_secs_f64();
         println!(
-            "{name}: one step a round: {} rounds, {} linearisations; common loop: {} rounds, {} linearisations, {ratio:.2} x the time",
-            self.rounds, self.linearisations, other.rounds, other.linearisations
+            "{name}: one step a round: {} rounds and linearisations; common loop: {} rounds, {} linearisations",
+            self.rounds, other.rounds, other.linearisations
         );
     }
 }
 
 /// `align` without a prior, each round's step as given.
 fn to_lines(scan: &SurfaceScan, map: &SurfaceMap, start: Se2, effort: &mut Effort, by_common_loop: bool) -> Se2 {
-    let (mut pose, mut matches, begun) = (start, Vec::new(), Instant::now());
+    let (mut pose, mut matches) = (start, Vec::new());
     for k in 0..point_to_line::MOST_ITERATIONS {
         let radius = point_to_line::RADII[k.min(point_to_line::RADII.len() - 1)];
         let normal = point_to_line::linearize(scan, map, &pose, radius, &mut matches);
         let step = if by_common_loop {
             effort.fit(matches.iter().map(|m| (m.residual, m.row)).collect(), normal.scale)
         } else {
-            effort.linearisations += 1;
             point_to_line::solve(&normal, None, &pose)
         };
         pose = pose.plus(step);
@@ -104,20 +100,18 @@ fn to_lines(scan: &SurfaceScan, map: &SurfaceMap, start: Se2, effort: &mut Effor
             break;
         }
     }
-    effort.time += begun.elapsed();
     pose
 }
 
 /// `align_mutually`, each round's step as given.
 fn to_each_other(a: &Contour, b: &Contour, start: Se2, effort: &mut Effort, by_common_loop: bool) -> Se2 {
-    let (mut pose, begun) = (start, Instant::now());
+    let mut pose = start;
     for k in 0..mutual::MOST_ITERATIONS {
         let pairs = mutual::pairs(a, b, &pose, mutual::RADII[k.min(mutual::RADII.len() - 1)]);
         let scale = mutual::spread(&pairs);
         let step = if by_common_loop {
             effort.fit(pairs.iter().map(|pair| (pair.residual, pair.row)).collect(), scale)
         } else {
-            effort.linearisations += 1;
             mutual::step(&pairs, scale)
         };
         pose = pose.plus(step);
@@ -126,7 +120,6 @@ fn to_each_other(a: &Contour, b: &Contour, start: Se2, effort: &mut Effort, by_c
             break;
         }
     }
-    effort.time += begun.elapsed();
     pose
 }
 
@@ -162,7 +155,7 @@ fn pairs() -> Vec<(LaserScan, LaserScan, Se2)> {
 
 /// The pairs change with every step: what the common loop gains on the pairs of one round, the next takes away.
 #[test]
-fn the_common_loop_saves_no_rounds_and_takes_longer() {
+fn the_common_loop_saves_few_rounds_and_linearises_more() {
     let (mut own, mut common) = ([Effort::default(), Effort::default()], [Effort::default(), Effort::default()]);
     for (a, b, start) in pairs() {
         let surface = |scan: &LaserScan| SurfaceScan::new(scan, &Se2::IDENTITY, Vector3::zeros());
@@ -179,6 +172,6 @@ fn the_common_loop_saves_no_rounds_and_takes_longer() {
     }
     for (name, own, common) in [("to lines", &own[0], &common[0]), ("to each other", &own[1], &common[1])] {
         own.tell(name, common);
-        assert!(10 * common.rounds > 9 * own.rounds && common.linearisations > 2 * own.linearisations);
+        assert!(10 * common.rounds > 9 * own.rounds && common.linearisations > 2 * own.rounds);
     }
 }

@@ -12,13 +12,13 @@ use super::groups::{self, Test, f_beyond};
 use super::held_out::{HeldOut, held_out};
 use super::motions::{Motion, Motions};
 use super::observability::{Driven, Observability, Weak, observe};
-use super::options::Options;
+use super::options::{Options, RESIDUAL};
 use super::parameters::{DELAY, Layout, Model, OFFSET_BACKWARD, OFFSET_FORWARD, Vehicle};
 use super::request::{Request, free, model};
-use super::robust::{Fit, Problem, RESIDUAL};
+use super::robust::{Fit, Problem};
 use super::sandwich::{Bread, ENOUGH};
 use super::search::search;
-use groma_estimation::{chi_square, root};
+use groma_estimation::{Student, chi_square, root};
 use groma_models::{Drive, Token, WheelKind, WheelLog};
 use nalgebra::{DMatrix, DVector, Vector3};
 use std::convert::Infallible;
@@ -207,12 +207,12 @@ impl Judged {
         notes: Vec<String>,
     ) -> Calibration {
         let options = problem.options;
-        let full = if options.robust { options.tail / (options.tail + RESIDUAL) } else { 1.0 };
+        let full = if options.robust { 1.0 / options.student().weight(0.0) } else { 1.0 };
         let (mut residuals, mut weights) = (vec![Vector3::repeat(f64::NAN); all], vec![f64::NAN; all]);
         for (j, &k) in kept.iter().enumerate() {
             (residuals[k], weights[k]) = (self.fit.residuals[j], self.fit.noise.weights[j] * full);
         }
-        let scale = self.fit.noise.scale_sq.sqrt() / if options.robust { normal_scale(options.tail) } else { 1.0 };
+        let scale = self.fit.noise.scale_sq.sqrt() / if options.robust { normal_scale(options.student()) } else { 1.0 };
         let noise_scale =
             if self.fit.noise.scatter.common || (options.noise_known && !options.robust) { 1.0 } else { scale };
         let (chi_square, dof) = (self.chi_square(), self.dof());
@@ -237,13 +237,13 @@ impl Judged {
 }
 
 /// Scale of Student's distribution that fits normal residuals of unit size: the root of `mean(w d^2) = 3 s^2`.
-fn normal_scale(tail: f64) -> f64 {
+fn normal_scale(student: Student) -> f64 {
     let excess = |s_sq: f64| {
         let (mut sum, mut mass) = (0.0, 0.0);
         for k in 0..4000 {
             let d_sq = (f64::from(k) + 0.5) * 0.01;
             let density = d_sq.sqrt() * (-d_sq / 2.0).exp();
-            sum += density * d_sq * (tail + RESIDUAL) / (tail + d_sq / s_sq);
+            sum += density * d_sq * student.weight(d_sq / s_sq);
             mass += density;
         }
         sum / mass - RESIDUAL * s_sq

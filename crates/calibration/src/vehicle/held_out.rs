@@ -8,6 +8,7 @@ use super::likelihood;
 use super::motions::Segments;
 use super::parameters::Vehicle;
 use super::robust::Problem;
+use groma_estimation::robust::quantile;
 use nalgebra::Vector3;
 
 /// Share of the position errors whose root mean square is told.
@@ -43,21 +44,15 @@ pub fn held_out(problem: &Problem<'_>, start: &Vehicle, folds: usize) -> Result<
         let segments = Segments::new(problem.log, &unseen.motions, fit.vehicle.delay);
         errors.extend(likelihood::residuals(&fit.vehicle, &segments, &unseen));
     }
-    let position = sorted(errors.iter().map(|e| e.xy().norm()));
-    let heading = sorted(errors.iter().map(|e| e.z.abs()));
+    let mut position: Vec<f64> = errors.iter().map(|e| e.xy().norm()).collect();
+    let mut heading: Vec<f64> = errors.iter().map(|e| e.z.abs()).collect();
+    let medians = quantile(&mut position, 0.5).zip(quantile(&mut heading, 0.5));
     let best = &position[..(TRIMMED * count as f64) as usize];
     let rms = (best.iter().map(|e| e * e).sum::<f64>() / best.len().max(1) as f64).sqrt();
-    let (position_median, heading_median) = (median(&position), median(&heading));
-    Ok(Some(HeldOut { folds, position_median, heading_median, position_rms: rms }))
-}
-
-fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted
-}
-
-fn median(sorted: &[f64]) -> f64 {
-    let n = sorted.len();
-    (sorted[(n - 1) / 2] + sorted[n / 2]) / 2.0
+    Ok(medians.map(|(position_median, heading_median)| HeldOut {
+        folds,
+        position_median,
+        heading_median,
+        position_rms: rms,
+    }))
 }

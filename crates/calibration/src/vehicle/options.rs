@@ -1,9 +1,12 @@
 //! Settings of a calibration.
 
 use super::Error;
+use groma_estimation::Student;
 use groma_models::WheelNoise;
 use serde::{Deserialize, Serialize};
 
+/// Numbers in a residual.
+pub const RESIDUAL: f64 = 3.0;
 /// A delay beyond this is a clock of its own [s].
 const LONGEST_DELAY: f64 = 10.0;
 
@@ -46,6 +49,12 @@ impl Default for Options {
 }
 
 impl Options {
+    /// How residuals with outliers scatter.
+    #[must_use]
+    pub fn student(&self) -> Student {
+        Student { dof: self.tail, dimension: RESIDUAL }
+    }
+
     /// Whether every setting is in its range.
     ///
     /// # Errors

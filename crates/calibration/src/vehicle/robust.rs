@@ -21,7 +21,7 @@ use super::Error;
 use super::likelihood::{self, Row};
 use super::motions::{Motions, Segments};
 use super::noise::Scatter;
-use super::options::Options;
+use super::options::{Options, RESIDUAL};
 use super::parameters::{DELAY, Full, Layout, Vehicle};
 use super::whitener::Whitener;
 use groma_models::{Token, WheelLog};
@@ -47,8 +47,6 @@ const SETTLED: f64 = 1e-6;
 const FLOOR: f64 = 1e-22;
 /// The same as a share of the largest, so that residuals along a line have a width.
 const RELATIVE_FLOOR: f64 = 1e-12;
-/// Numbers in a residual.
-pub const RESIDUAL: f64 = 3.0;
 
 /// What is to be estimated from what.
 #[derive(Clone, Copy, Debug)]
@@ -150,8 +148,8 @@ impl Problem<'_> {
             noise.scale_sq = (d_sq.iter().sum::<f64>() / (RESIDUAL * count)).max(f64::MIN_POSITIVE);
         }
         if self.options.robust {
-            let weight = |d_sq: &f64| (self.options.tail + RESIDUAL) / (self.options.tail + d_sq / noise.scale_sq);
-            noise.weights = d_sq.iter().map(weight).collect();
+            let student = self.options.student();
+            noise.weights = d_sq.iter().map(|d_sq| student.weight(d_sq / noise.scale_sq)).collect();
         }
         let total: f64 = noise.weights.iter().sum();
         if noise.scatter.common {

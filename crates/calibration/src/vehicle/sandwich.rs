@@ -21,8 +21,10 @@
 
 use super::likelihood::{self, Row};
 use super::motions::Motion;
+use super::options::RESIDUAL;
 use super::parameters::Layout;
-use super::robust::{Fit, Problem, RESIDUAL};
+use super::robust::{Fit, Problem};
+use groma_estimation::Student;
 use nalgebra::{DMatrix, DVector};
 
 /// Autocorrelation beyond which Andrews' rule would ask for endless lags.
@@ -69,8 +71,8 @@ fn sandwich(problem: &Problem<'_>, fit: &Fit) -> Bread {
     let (layout, scores) = (problem.layout, scores(problem.layout, &fit.white));
     let normal = layout.reduced(&likelihood::normal(&fit.white).0) / fit.noise.scale_sq;
     let own: DMatrix<f64> = outer(&scores, 0) / fit.noise.scale_sq.powi(2);
-    let tail = problem.options.tail + RESIDUAL;
-    let bread = if problem.options.robust { curved(normal, &own, tail) } else { normal };
+    let student = problem.options.student();
+    let bread = if problem.options.robust { curved(normal, &own, student) } else { normal };
     let lags = lags(&scores, least);
     let mut middle = own;
     for j in 1..=lags {
@@ -84,36 +86,32 @@ fn sandwich(problem: &Problem<'_>, fit: &Fit) -> Bread {
 }
 
 /// B, or the information where residuals without scatter leave none of it.
-fn curved(normal: DMatrix<f64>, own: &DMatrix<f64>, tail: f64) -> DMatrix<f64> {
-    let bread = &normal - own * (2.0 / tail);
+fn curved(normal: DMatrix<f64>, own: &DMatrix<f64>, student: Student) -> DMatrix<f64> {
+    let bread = &normal - own * (2.0 / (student.dof + student.dimension));
     let holds = (&bread - &normal * LEAST_CURVATURE).cholesky().is_some();
     if holds { bread } else { normal }
 }
 
 /// B and M as multiples of the information without weights.
 fn pooled(problem: &Problem<'_>, fit: &Fit) -> Bread {
-    let (tail, layout) = (problem.options.tail, problem.layout);
+    let (student, layout) = (problem.options.student(), problem.layout);
     let unweighted: Vec<Row> = fit.white.iter().zip(&fit.noise.weights).map(|(row, w)| row.weighted(1.0 / w)).collect();
     let information = layout.reduced(&likelihood::normal(&unweighted).0) / fit.noise.scale_sq;
     let count = fit.numbers() as f64 / RESIDUAL;
     let mean = |f: &dyn Fn(f64) -> f64| fit.noise.weights.iter().map(|&w| f(w)).sum::<f64>() / count;
-    let slope = mean(&|w| influence_slope(w, tail));
-    let scatter = mean(&|w| w * w * distance_sq(w, tail)) / RESIDUAL;
+    let slope = mean(&|w| influence_slope(w, student));
+    let scatter = mean(&|w| w * w * student.distance_sq(w)) / RESIDUAL;
     let free = layout.len() as f64 / RESIDUAL;
-    let spread = mean(&|w| (influence_slope(w, tail) - slope).powi(2)) / slope.powi(2);
+    let spread = mean(&|w| (influence_slope(w, student) - slope).powi(2)) / slope.powi(2);
     let huber = 1.0 + layout.len() as f64 / count * spread;
     let correction = huber.powi(2) * count / (count - free).max(1.0 / RESIDUAL);
     Bread { bread: &information * slope, middle: information * (scatter * correction), lags: 0 }
 }
 
-/// Squared distance that has this weight, in units of the scale.
-fn distance_sq(weight: f64, tail: f64) -> f64 {
-    (tail + RESIDUAL) / weight - tail
-}
-
 /// Mean over directions of the derivative of the influence of a residual of this weight.
-fn influence_slope(weight: f64, tail: f64) -> f64 {
-    weight - 2.0 * weight * weight * distance_sq(weight, tail) / (RESIDUAL * (tail + RESIDUAL))
+fn influence_slope(weight: f64, student: Student) -> f64 {
+    let scale = student.dimension * (student.dof + student.dimension);
+    weight - 2.0 * weight * weight * student.distance_sq(weight) / scale
 }
 
 /// By how much intervals grow because the lags are a share of all motions (Kiefer, Vogelsang, for 95 %).

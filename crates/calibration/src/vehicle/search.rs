@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
         let motions = &self.problem.motions.motions;
         let segments = Segments::new(self.problem.log, motions, known.delay);
         let all: Vec<usize> = (0..motions.len()).filter(|&k| !segments.steps(k).is_empty()).collect();
-        let tail = self.problem.options.tail;
+        let student = self.problem.options.student();
         let mut best: Option<Candidate> = None;
         for model in kinds(known.model) {
             let assumed = Known { model, ..*known };
@@ -103,7 +103,7 @@ impl<'a> Search<'a> {
                 let solve =
                     |chosen: &[usize]| start::closed_form(&assumed, &segments, motions, &self.weights, chosen, form);
                 if let Some(vehicle) = trimmed(trim, &segments, motions, solve).map(|t| t.vehicle) {
-                    let cost = start::cost(&vehicle, &segments, motions, &self.information, &all, tail);
+                    let cost = start::cost(&vehicle, &segments, motions, &self.information, &all, student);
                     if cost.is_finite() && best.as_ref().is_none_or(|(least, ..)| cost < *least) {
                         best = Some((cost, *known, vehicle));
                     }

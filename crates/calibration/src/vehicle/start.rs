@@ -3,7 +3,7 @@
 //! Headings give the drive up to its size ([`super::heading`]), pairs of motions the pose of the laser and the size
 //! ([`super::hand_eye`]). Gain and delay enter otherwise and are tried on a grid, one after the other.
 //!
-//! The best of several candidates is the one of least heavy-tailed cost `sum ln(1 + r^T S^-1 r / tail)`, so that a few
+//! The best of several candidates is the one of least heavy-tailed cost, that of [`Student`]'s distribution, so that a few
 //! outliers do not choose.
 
 use super::hand_eye::{self, Form, HandEye, Pair};
@@ -11,6 +11,7 @@ use super::heading::{self, Row};
 use super::motions::{Motion, Segments};
 use super::parameters::{Model, Vehicle};
 use super::prediction;
+use groma_estimation::Student;
 use groma_geometry::Se2;
 use groma_models::{Differential, Drive, Tricycle};
 use nalgebra::{Matrix3, Vector2};
@@ -161,11 +162,11 @@ pub fn cost(
     motions: &[Motion],
     information: &[Matrix3<f64>],
     chosen: &[usize],
-    tail: f64,
+    student: Student,
 ) -> f64 {
     let one = |&k: &usize| {
         let r = prediction::residual(&motions[k].motion, &prediction::motion(vehicle, segments.steps(k)));
-        (r.dot(&(information[k] * r)) / tail).ln_1p()
+        student.cost(r.dot(&(information[k] * r)))
     };
     chosen.iter().map(one).sum()
 }

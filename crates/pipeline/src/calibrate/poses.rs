@@ -6,6 +6,7 @@
 use super::gate::{Candidate, Reason};
 use super::segments::{SegmentKind, Segments, moment};
 use groma_egomotion::Station;
+use groma_estimation::robust::quantile;
 use groma_geometry::Se2;
 use groma_models::Odometry;
 use nalgebra::Vector3;
@@ -45,7 +46,7 @@ impl SensorPoses {
 
     /// The stations to use instead, where the poses are rare.
     pub(super) fn as_stations(&self, cut: Segments, window: Option<f64>) -> Segments {
-        let is_rare = self.stamps.len() > 1 && self.median_interval() > RARE;
+        let is_rare = self.median_interval().is_some_and(|interval| interval > RARE);
         if cut.kind == SegmentKind::Windows && window.is_none() && is_rare {
             let stations = self.stamps.iter().map(|t| moment(*t)).collect();
             return Segments { kind: SegmentKind::Windows, stations };
@@ -82,11 +83,8 @@ impl SensorPoses {
         (to > from).then(|| (f64::midpoint(station.from, station.to), mean()))
     }
 
-    fn median_interval(&self) -> f64 {
-        let mut intervals: Vec<f64> = self.stamps.windows(2).map(|w| w[1] - w[0]).collect();
-        intervals.sort_unstable_by(f64::total_cmp);
-        let n = intervals.len();
-        f64::midpoint(intervals[(n - 1) / 2], intervals[n / 2])
+    fn median_interval(&self) -> Option<f64> {
+        quantile(&mut self.stamps.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>(), 0.5)
     }
 }
 

@@ -10,6 +10,7 @@
 //! to settle.
 
 use groma_egomotion::Station;
+use groma_estimation::robust::quantile;
 use groma_models::WheelLog;
 
 /// Share of the usual speed below which a wheel stands.
@@ -35,8 +36,7 @@ impl Rates {
         let rate = |k: usize| (!is_broken(k)).then(|| gained(log, k) / (time[k + 1] - time[k]));
         let rates: Vec<Option<f64>> = (0..time.len() - 1).map(rate).collect();
         let mut moving: Vec<f64> = rates.iter().flatten().copied().filter(|r| *r > 0.0).collect();
-        moving.sort_unstable_by(f64::total_cmp);
-        Self { usual: quantile(&moving, USUAL), rates }
+        Self { usual: quantile(&mut moving, USUAL).unwrap_or(0.0), rates }
     }
 
     /// Whether the log is broken after reading k.
@@ -79,12 +79,4 @@ pub(super) fn gained(log: &WheelLog, k: usize) -> f64 {
 
 fn counters(log: &WheelLog) -> usize {
     log.kind().counters()
-}
-
-/// A quantile of sorted numbers, linear between them; 0 of none.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let rank = share * sorted.len().saturating_sub(1) as f64;
-    let at = |k: usize| sorted.get(k.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0);
-    let (low, high) = (at(rank.floor() as usize), at(rank.ceil() as usize));
-    low + (high - low) * rank.fract()
 }
