@@ -56,7 +56,7 @@ EVERYWHERE = {
     r"what is left of": "residual of, remainder of",
     r"what is open|what (the|a) drive leaves open": "undetermined parameters",
     r"leaves? (something|nothing|it|one|all|a \w+|parameters) open": "does not determine",
-    r"(weakly|loosely|well|not|nothing|badly) held": "weakly (well, not) constrained",
+    r"(weakly|loosely|well|not|nothing|badly) held(?! by the client)": "weakly (well, not) constrained",
     r"nothing holds|holds the (pose|map|position|robot|vehicle|direction|scan)": "constrains the pose",
     r"held by (walls|landmarks|the|scans|odometry|nothing)": "constrained by",
     r"(of|by|the) (the )?(longest |whole )?way (driven|back|since|between|that was)": "distance driven",
@@ -80,7 +80,7 @@ EVERYWHERE = {
     r"the room it belongs to|which room": "module, crate",
     r"what lies where": "layout",
     r"who creeps|whoever|he who": "a robot that creeps; users of",
-    r"its kin|of its kind": "similar tools",
+    r"its kin": "similar tools",
     r"errs|err again": "is wrong, has the same error again",
     r"sights? (that|of the|beyond)": "observations",
     r"fall(s)? together": "coincide",
@@ -127,9 +127,7 @@ STRICT = {
 GENERATED = ("docs/reference/cli.md", "docs/reference/findings.md")
 """Pages that scripts write from the code: correct the text there."""
 
-NOT_YET: tuple[str, ...] = (
-    "ARCHITECTURE.md",
-)
+NOT_YET: tuple[str, ...] = ("ARCHITECTURE.md",)
 """Documents that are still to be rewritten. This tuple becomes shorter, never longer."""
 
 
@@ -160,26 +158,44 @@ def python(text: str) -> str:
     kept = []
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         begin = starts[token.start[0] - 1] + token.start[1]
-        is_text = tokenize.tok_name[token.type] in {"COMMENT", "STRING", "FSTRING_MIDDLE"}
-        if is_text or (token.type == tokenize.NAME and token.string.startswith("test_")):
-            kept.append((begin, begin + len(token.string)))
+        if tokenize.tok_name[token.type] in {"COMMENT", "STRING", "FSTRING_MIDDLE"}:
+            kept.append((begin, _prose(token.string)))
+        elif token.type == tokenize.NAME and token.string.startswith("test_"):
+            kept.append((begin, token.string.replace("_", " ")))
     return _only(text, kept)
 
 
 def rust(text: str) -> str:
     """Return a text of equal length with comments, strings and names of tests only."""
-    pattern = r'//[^\n]*|"(?:[^"\\]|\\.)*"|(?<=#\[test\]\n)\s*fn \w+|(?<=\bfn )\w+_\w+_\w+_\w+(?=\()'
-    return _only(text, [found.span() for found in re.finditer(pattern, text, re.DOTALL)])
+    kept = []
+    for found in re.finditer(r'//[^\n]*|"(?:[^"\\]|\\.)*"|(?<=#\[test\]\n)\s*fn \w+', text, re.DOTALL):
+        is_test = found[0].lstrip().startswith("fn ")
+        kept.append((found.start(), found[0].replace("_", " ") if is_test else _prose(found[0])))
+    return _only(text, kept)
 
 
-def _only(text: str, kept: Iterable[tuple[int, int]]) -> str:
-    """Blank all but some spans, and in these the marks of comments and strings, so that sentences go on over lines."""
+def _prose(token: str) -> str:
+    """Return a comment or string without its marks and without code: values in braces, words in backquotes, keys."""
+    if re.fullmatch(r'[rbfRBF]*"\S*"', token):
+        return _blank(token)
+    marks = r'^[rbfRBF]*"+|"+$|^\s*(//[/!]?|#)|\\$|`[^`\n]*`'
+    if not token.startswith(("/", "#", '"""')):
+        marks += r"|\{[^{}]*\}"
+    return re.sub(marks, lambda found: _blank(found[0]), token)
+
+
+def _only(text: str, kept: Iterable[tuple[int, str]]) -> str:
+    """Return a text of equal length that is blank but for some pieces, so that sentences continue over lines."""
     result, last = [], 0
-    for begin, end in kept:
-        marks = re.sub(r'^[rbfRBF]*"+|"+$|^\s*(//[/!]?|#)|\\$|_', lambda found: _blank(found[0]), text[begin:end])
-        result += [_blank(text[last:begin]), marks]
-        last = end
-    return "".join([*result, _blank(text[last:])])
+    for begin, piece in kept:
+        result += [_wall(text[last:begin]), piece]
+        last = begin + len(piece)
+    return "".join([*result, _wall(text[last:])])
+
+
+def _wall(text: str) -> str:
+    """Return a text of equal length that no phrase goes through."""
+    return re.sub(r"\S", "\0", text)
 
 
 def _blank(text: str) -> str:
