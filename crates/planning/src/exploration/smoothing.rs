@@ -9,21 +9,20 @@
 //! ```
 //!
 //! (a look from below a camera, `Z = Exp(v) T_R^-1 T_C`, is the relation of camera to robot with `M = Z^-1`). The sum of
-//! the `e' C^-1 e` is minimised by Gauss and Newton's method from the filter's map on. The normalised squared error of the
+//! the `e' C^-1 e` is minimised from the filter's map on (`estimation::levenberg_marquardt`). The normalised squared error of the
 //! cameras alone is the least that the same sum, linear, can be made when the cameras' errors are held and the robot's are
 //! free: its marginal, without the inverse of a matrix.
 //!
 //! Assumes what the filter assumes but for linearity: independent Gaussian noise, known associations.
 
 use crate::error::Error;
+use groma_estimation::levenberg_marquardt::{Options, Problem, minimize};
 use groma_estimation::{BlockMatrix, Cholesky};
 use groma_geometry::Se2;
 use nalgebra::{Matrix3, Vector3};
 
-/// Steps that the minimisation may take.
-const ROUNDS: usize = 20;
-/// Largest component of a step at which it ends [m, rad].
-const STILL: f64 = 1e-7;
+/// When the minimisation ends.
+const END: Options = Options { max_iterations: 20, tolerance: 1e-12 };
 /// Standard deviation that everything has at least, so that wheels without slip weigh finitely [m, rad].
 const LEAST: f64 = 1e-6;
 
@@ -92,52 +91,44 @@ impl Drive {
     /// Moves all poses to where the sum of squares is least, the cameras from where they are given.
     pub fn solve(&mut self, cameras: &[Se2]) -> Result<(), Error> {
         self.cameras = cameras.to_vec();
-        let held: Vec<_> = (0..self.poses()).map(|i| (i == 0).then(Vector3::zeros)).collect();
-        for _ in 0..ROUNDS {
-            let step = least(&self.rows()?, &held)?;
-            let all = self.stops.iter_mut().chain(&mut self.cameras);
-            all.zip(&step).for_each(|(pose, d)| *pose = Se2::exp(*d) * *pose);
-            if step.iter().all(|d| d.amax() < STILL) {
-                break;
-            }
-        }
+        let held: Vec<_> = (0..self.poses().len()).map(|i| (i == 0).then(Vector3::zeros)).collect();
+        let equations = Equations::new(&self.rows(&self.poses())?, &held);
+        let mut descent = Descent { drive: self, held: &held, rows: vec![], equations };
+        let end = minimize(&mut descent, self.poses(), &END)?;
+        let moved = end.ok_or_else(|| unsolved("no cost"))?.state;
+        let (stops, cameras) = moved.split_at(self.stops.len());
+        (self.stops, self.cameras) = (stops.to_vec(), cameras.to_vec());
         Ok(())
     }
 
     /// The normalised squared error of the cameras, given their errors in the world frame.
     pub fn normalised(&self, errors: &[Vector3<f64>]) -> Result<f64, Error> {
-        let mut rows = self.rows()?;
+        let mut rows = self.rows(&self.poses())?;
         rows.iter_mut().for_each(|row| row.e = Vector3::zeros());
         let free = vec![None; self.stops.len() - 1];
         let held: Vec<_> =
             [Some(Vector3::zeros())].into_iter().chain(free).chain(errors.iter().copied().map(Some)).collect();
-        let d = least(&rows, &held)?;
+        let d = Equations::new(&rows, &held).solve(0.0, &held)?;
         Ok(rows.iter().map(|row| (row.a * (d[row.to] - d[row.from])).norm_squared()).sum())
     }
 
-    fn poses(&self) -> usize {
-        self.stops.len() + self.cameras.len()
+    /// All poses: the stops, then the cameras.
+    fn poses(&self) -> Vec<Se2> {
+        [&self.stops[..], &self.cameras].concat()
     }
 
-    fn rows(&self) -> Result<Vec<Row>, Error> {
-        self.relations.iter().map(|relation| self.row(relation)).collect()
+    fn rows(&self, poses: &[Se2]) -> Result<Vec<Row>, Error> {
+        self.relations.iter().map(|relation| self.row(relation, poses)).collect()
     }
 
-    fn row(&self, relation: &Relation) -> Result<Row, Error> {
-        let Relation { from, to, measured, covariance } = relation;
-        let (a, b) = (self.pose(*from), self.pose(*to));
-        let e = (measured.inverse() * a.inverse() * b).log();
+    fn row(&self, relation: &Relation, poses: &[Se2]) -> Result<Row, Error> {
+        let Relation { measured, covariance, .. } = relation;
+        let (from, to) = (self.index(relation.from), self.index(relation.to));
+        let e = (measured.inverse() * poses[from].inverse() * poses[to]).log();
         let root = nalgebra::Cholesky::new(covariance + Matrix3::identity() * LEAST.powi(2));
         let whiten = root.and_then(|root| root.l().try_inverse()).ok_or_else(|| unsolved("a covariance"))?;
-        let a = whiten * Se2::right_jacobian_inverse(e) * b.inverse().adjoint();
-        Ok(Row { from: self.index(*from), to: self.index(*to), e: whiten * e, a })
-    }
-
-    fn pose(&self, pose: Pose) -> Se2 {
-        match pose {
-            Pose::Stop(i) => self.stops[i],
-            Pose::Camera(i) => self.cameras[i],
-        }
+        let a = whiten * Se2::right_jacobian_inverse(e) * poses[to].inverse().adjoint();
+        Ok(Row { from, to, e: whiten * e, a })
     }
 
     fn index(&self, pose: Pose) -> usize {
@@ -148,32 +139,96 @@ impl Drive {
     }
 }
 
-/// The tangents of all poses that minimise the sum of squares, some of them held.
-fn least(rows: &[Row], held: &[Option<Vector3<f64>>]) -> Result<Vec<Vector3<f64>>, Error> {
-    let mut count = 0..;
-    let block: Vec<Option<usize>> = held.iter().map(|h| if h.is_none() { count.next() } else { None }).collect();
-    let blocks = block.iter().flatten().count();
-    let pairs = rows.iter().filter_map(|row| Some((block[row.from]?, block[row.to]?)));
-    let mut matrix = BlockMatrix::<3>::zeros(blocks, pairs);
-    let mut right = vec![Vector3::zeros(); blocks];
-    let known = |pose: usize| held[pose].unwrap_or_default();
-    for row in rows {
+/// The sum of squares of a drive, with its rows at the poses of the last cost, and its equations at those last kept.
+struct Descent<'a> {
+    drive: &'a Drive,
+    held: &'a [Option<Vector3<f64>>],
+    rows: Vec<Row>,
+    equations: Equations,
+}
+
+impl Problem for Descent<'_> {
+    type State = Vec<Se2>;
+    type Step = Vec<Vector3<f64>>;
+    type Error = Error;
+
+    fn cost(&mut self, poses: &Vec<Se2>) -> Result<Option<f64>, Error> {
+        self.rows = self.drive.rows(poses)?;
+        Ok(Some(self.rows.iter().map(|row| row.e.norm_squared()).sum()))
+    }
+
+    fn linearize(&mut self, _: &Vec<Se2>) -> Result<(), Error> {
+        self.equations = Equations::new(&self.rows, self.held);
+        Ok(())
+    }
+
+    fn step(&mut self, damping: f64) -> Result<Option<(Vec<Vector3<f64>>, f64)>, Error> {
+        let step = self.equations.solve(damping, self.held)?;
+        let promise = self.equations.promise(&step);
+        Ok(Some((step, promise)))
+    }
+
+    fn moved(&self, poses: &Vec<Se2>, step: &Vec<Vector3<f64>>) -> Option<Vec<Se2>> {
+        Some(poses.iter().zip(step).map(|(pose, d)| Se2::exp(*d) * *pose).collect())
+    }
+}
+
+/// The normal equations of the tangents of all poses, some of them held.
+struct Equations {
+    /// The block of every pose that is free.
+    block: Vec<Option<usize>>,
+    matrix: BlockMatrix<3>,
+    right: Vec<Vector3<f64>>,
+}
+
+impl Equations {
+    fn new(rows: &[Row], held: &[Option<Vector3<f64>>]) -> Self {
+        let mut count = 0..;
+        let block: Vec<Option<usize>> = held.iter().map(|h| if h.is_none() { count.next() } else { None }).collect();
+        let blocks = block.iter().flatten().count();
+        let pairs = rows.iter().filter_map(|row| Some((block[row.from]?, block[row.to]?)));
+        let mut equations =
+            Self { matrix: BlockMatrix::zeros(blocks, pairs), right: vec![Vector3::zeros(); blocks], block };
+        let known = |pose: usize| held[pose].unwrap_or_default();
+        rows.iter().for_each(|row| equations.add(row, &(known(row.to) - known(row.from))));
+        equations
+    }
+
+    /// Adds a row whose held ends are `apart`.
+    fn add(&mut self, row: &Row, apart: &Vector3<f64>) {
+        let (from, to) = (self.block[row.from], self.block[row.to]);
         let weight = row.a.tr_mul(&row.a);
-        let pull = row.a.tr_mul(&(row.e + row.a * (known(row.to) - known(row.from))));
-        for (end, sign) in [(row.from, 1.0), (row.to, -1.0)] {
-            if let Some(i) = block[end] {
-                matrix.diagonal[i] += weight;
-                right[i] += pull * sign;
+        let pull = row.a.tr_mul(&(row.e + row.a * apart));
+        for (end, sign) in [(from, 1.0), (to, -1.0)] {
+            if let Some(i) = end {
+                self.matrix.diagonal[i] += weight;
+                self.right[i] += pull * sign;
             }
         }
-        if let (Some(i), Some(j)) = (block[row.from], block[row.to])
-            && let Some(slot) = matrix.slot(i.min(j), i.max(j))
+        if let (Some(i), Some(j)) = (from, to)
+            && let Some(slot) = self.matrix.slot(i.min(j), i.max(j))
         {
-            matrix.upper[slot] -= weight;
+            self.matrix.upper[slot] -= weight;
         }
     }
-    let solved = solve(&matrix, &right).map_err(|e| unsolved(&e.to_string()))?;
-    Ok(held.iter().zip(&block).map(|(h, b)| h.or(b.map(|b| solved[b])).unwrap_or_default()).collect())
+
+    /// The tangents that minimise the damped sum, those held as they are.
+    fn solve(&self, damping: f64, held: &[Option<Vector3<f64>>]) -> Result<Vec<Vector3<f64>>, Error> {
+        let mut damped = self.matrix.clone();
+        for block in &mut damped.diagonal {
+            (0..3).for_each(|k| block[(k, k)] *= 1.0 + damping);
+        }
+        let solved = solve(&damped, &self.right).map_err(|e| unsolved(&e.to_string()))?;
+        Ok(held.iter().zip(&self.block).map(|(h, b)| h.or(b.map(|b| solved[b])).unwrap_or_default()).collect())
+    }
+
+    /// By how much a step lowers the sum, linear.
+    fn promise(&self, step: &[Vector3<f64>]) -> f64 {
+        let free: Vec<Vector3<f64>> =
+            step.iter().zip(&self.block).filter(|(_, block)| block.is_some()).map(|(d, _)| *d).collect();
+        let bent = self.matrix.multiply(&free);
+        free.iter().zip(&self.right).zip(&bent).map(|((d, right), bent)| d.dot(&(right * 2.0 - bent))).sum()
+    }
 }
 
 fn solve(matrix: &BlockMatrix<3>, right: &[Vector3<f64>]) -> Result<Vec<Vector3<f64>>, groma_estimation::Error> {
@@ -236,7 +291,7 @@ mod tests {
     fn the_normalised_error_is_that_of_the_dense_marginal() {
         let (mut drive, truth) = square();
         drive.solve(&truth).unwrap();
-        let (rows, n) = (drive.rows().unwrap(), drive.poses() - 1);
+        let (rows, n) = (drive.rows(&drive.poses()).unwrap(), drive.poses().len() - 1);
         let mut information = DMatrix::zeros(3 * n, 3 * n);
         for row in &rows {
             let mut jacobian = DMatrix::zeros(3, 3 * n + 3);
