@@ -48,7 +48,7 @@ pub(crate) struct Association<'a, F> {
     pub joint: &'a mut Joint,
     pub options: &'a Options,
     pub gates: &'a Gates,
-    /// Whether a landmark holds the pose.
+    /// Whether a landmark updates the pose.
     pub holds: F,
     pub taken: Vec<Pairing>,
     /// Whether a search met its cap.

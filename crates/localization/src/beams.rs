@@ -1,4 +1,4 @@
-//! What the beams say of a pose on an occupancy grid: a log-likelihood ratio against chance.
+//! Evidence of the beams for a pose on an occupancy grid: a log-likelihood ratio against chance.
 //!
 //! Each beam is cast through the grid from where the pose puts its laser. What it read agrees with the first occupied cell,
 //! ends before it (something that is not on the map), or goes through it (a wall that is not there):

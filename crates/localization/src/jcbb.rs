@@ -8,7 +8,7 @@
 //! Branch and bound: observations one after the other, those with the fewest candidates first, each to every candidate not
 //! yet taken or to none. A branch is cut where its pairings so far fail the gate (as in the source: a hypothesis is found
 //! only if all its beginnings pass too), where it cannot reach the pairings of the best hypothesis, and where it has as
-//! many but a larger D^2, for D^2 grows with every pairing. The Cholesky factor of C_H grows by two rows a pairing:
+//! many but a larger D^2, for D^2 grows with every pairing. The Cholesky factor of C_H grows by two rows per pairing:
 //!
 //! ```text
 //! C = [ C_H  c ; c^T  S ],   L = [ L_H  0 ; y^T  l ],   L_H y = c,   l l^T = S - y^T y,   D^2 += | l^-1 (v - y^T w) |^2

@@ -2,9 +2,9 @@
 //!
 //! 1. Gates, and slots for the landmarks of the map that pass them.
 //! 2. Association, the pose alone learning.
-//! 3. Where the pose moved far, the pairings are linearised anew at the better pose; where landmarks learn as well, the
+//! 3. Where the pose moved far, the pairings are linearised again at the better pose; where landmarks learn as well, the
 //!    scan is taken again with all gains: `r = z - h(x_1) + H Jr(d) d`, `x_1 = x exp(d)`.
-//! 4. Landmarks found on the way live on: seen, missed, begun, proven, forgotten.
+//! 4. Landmarks found during the drive are seen, missed, begun, proven, forgotten.
 
 use crate::associate::{Association, Open, Pairing};
 use crate::gates::Gates;
@@ -21,9 +21,9 @@ use groma_models::LandmarkKind;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use std::sync::Arc;
 
-/// A pose that moves by more than this is linearised at anew [m], [rad].
+/// A pose that moves by more than this is linearised again [m], [rad].
 const FAR: (f64, f64) = (0.02, 0.004);
-/// In mixed mode landmarks are begun where so many of the map hold the pose.
+/// In mixed mode landmarks are begun where so many of the map update the pose.
 const ANCHORS: usize = 2;
 
 /// Observations of a scan, and from where they were made.
@@ -74,7 +74,7 @@ impl LandmarkFilter {
         &self.options
     }
 
-    /// Landmarks found on the way that are proven, and those that are on trial.
+    /// Landmarks found during the drive that are proven, and those that are on trial.
     pub fn found(&self) -> (usize, usize) {
         let proven = self.memory.all_found().filter(|(_, f)| f.proven).count();
         (proven, self.memory.all_found().count() - proven)
@@ -229,7 +229,7 @@ impl LandmarkFilter {
         }
     }
 
-    /// Landmarks found on the way that were missed, proven, forgotten.
+    /// Landmarks found during the drive that were missed, proven, forgotten.
     fn live_on(&mut self, pairings: &[Pairing], scan: &Scan<'_>) -> Changes {
         if let Some(view) = scan.view {
             let to_laser = (self.joint.pose() * scan.mount).inverse();

@@ -1,7 +1,7 @@
 //! A vehicle on a landmark map.
 //!
 //! [`Localizer`] predicts with the wheels and updates with the corners and reflectors of a scan: [`joint`] is its filter,
-//! [`options::Mode`] says which landmarks hold the pose, [`quality`] what the pose is worth.
+//! [`options::Mode`] selects the landmarks that update the pose, [`quality`] judges the pose.
 //!
 //! Source of the family: F. Kallasi, PhD thesis, University of Parma, 2017, chapter on localization; the formulation is
 //! our own where a file names no other.

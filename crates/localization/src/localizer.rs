@@ -137,7 +137,7 @@ impl Localizer {
     }
 
     /// The beams of a scan: while the vehicle is lost they help to find its place, else they are kept for the next update, where
-    /// walls hold the pose if landmarks do not.
+    /// walls constrain the pose if landmarks do not.
     pub fn look(&mut self, scan: &LaserScan) {
         let (laser, end) = (self.laser_at(scan.stamp), scan.beam_stamp(scan.ranges.len()));
         let twist = self.history.twist(scan.stamp, end);
@@ -224,7 +224,7 @@ impl Localizer {
         self.filter.joint.pose_covariance()
     }
 
-    /// What the pose is worth.
+    /// Quality of the pose.
     #[must_use]
     pub fn quality(&self) -> Quality {
         self.integrity.quality()
@@ -242,7 +242,7 @@ impl Localizer {
         self.odometer.distance()
     }
 
-    /// Landmarks found on the way that hold the pose, and those that are on trial.
+    /// Landmarks found during the drive that update the pose, and those that are on trial.
     #[must_use]
     pub fn found(&self) -> (usize, usize) {
         self.filter.found()

@@ -1,8 +1,8 @@
-//! The landmarks whose error the filter remembers: some of the map, and all found on the way.
+//! The landmarks whose error the filter remembers: some of the map, and all found during the drive.
 //!
 //! Each has a slot in the [`Joint`]. A landmark of the map enters when it is first seen and leaves when room is needed,
-//! the one not seen for longest first; what it had in common with the pose is then forgotten. One found on the way begins
-//! with the pose's error, proves itself, and then holds the pose.
+//! the one not seen for longest first; what it had in common with the pose is then forgotten. One found during the drive
+//! begins with the pose's error, and updates the pose once it is proven.
 
 use crate::joint::Joint;
 use crate::options::DynamicOptions;
@@ -10,7 +10,7 @@ use groma_models::LandmarkKind;
 
 const NONE: u32 = u32::MAX;
 
-/// A landmark found on the way.
+/// A landmark found during the drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Found {
     /// Its number, never given again.
@@ -24,23 +24,23 @@ pub(crate) struct Found {
     pub visible: u32,
     /// Scans in a row that could have seen it and did not.
     pub misses: u32,
-    /// Whether it holds the pose.
+    /// Whether it updates the pose.
     pub proven: bool,
     /// Distance driven [m] and time [s] when it was last seen.
     pub distance: f64,
     pub stamp: f64,
 }
 
-/// What stands in a slot.
+/// What is in a slot.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Slot {
     /// A landmark of the map, and the scan that saw it last.
     Map { landmark: usize, scan: u64 },
-    /// A landmark found on the way.
+    /// A landmark found during the drive.
     Found(Found),
 }
 
-/// What became of the landmarks found on the way.
+/// What became of the landmarks found during the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Changes {
     pub proven: usize,
@@ -65,7 +65,7 @@ impl Memory {
         &self.slots
     }
 
-    /// The landmark found on the way that stands in a slot.
+    /// The landmark found during the drive that is in a slot.
     pub fn found(&self, slot: usize) -> Option<&Found> {
         match self.slots.get(slot) {
             Some(Slot::Found(found)) => Some(found),
@@ -81,7 +81,7 @@ impl Memory {
         }
     }
 
-    /// All landmarks found on the way, with their slots.
+    /// All landmarks found during the drive, with their slots.
     pub fn all_found(&self) -> impl Iterator<Item = (usize, &Found)> {
         self.slots.iter().enumerate().filter_map(|(slot, s)| match s {
             Slot::Found(found) => Some((slot, found)),
@@ -107,7 +107,7 @@ impl Memory {
         }
     }
 
-    /// Writes down a landmark found on the way, which has got the last slot; its number.
+    /// Writes down a landmark found during the drive, which has got the last slot; its number.
     pub fn begin(&mut self, found: Found) -> usize {
         let id = self.next_id;
         self.next_id += 1;
@@ -144,7 +144,7 @@ impl Memory {
         (0..self.slots.len()).rev().for_each(|slot| self.remove(joint, slot));
     }
 
-    /// Proves and forgets landmarks found on the way.
+    /// Proves and forgets landmarks found during the drive.
     pub fn review(&mut self, joint: &mut Joint, distance: f64, stamp: f64, options: &DynamicOptions) -> Changes {
         let mut changes = Changes::default();
         for slot in (0..self.slots.len()).rev() {

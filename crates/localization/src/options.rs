@@ -3,31 +3,31 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Which landmarks hold the pose.
+/// Which landmarks update the pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Those of the map.
     #[default]
     Static,
-    /// Corners found on the way; the map is not used.
+    /// Corners found during the drive; the map is not used.
     Dynamic,
-    /// Those of the map, and corners found on the way.
+    /// Those of the map, and corners found during the drive.
     Mixed,
     /// The reflectors of the map.
     Reflectors,
-    /// Those of the map and corners found on the way, all of them estimated together with the pose (EKF-SLAM).
+    /// Those of the map and corners found during the drive, all of them estimated together with the pose (EKF-SLAM).
     Slam,
 }
 
 impl Mode {
-    /// Whether landmarks are created on the way.
+    /// Whether landmarks are created during the drive.
     #[must_use]
     pub fn creates(self) -> bool {
         matches!(self, Self::Dynamic | Self::Mixed | Self::Slam)
     }
 
-    /// Whether the walls of the map hold the pose where landmarks do not.
+    /// Whether the walls of the map constrain the pose where landmarks do not.
     #[must_use]
     pub fn uses_walls(self) -> bool {
         matches!(self, Self::Static | Self::Mixed)
@@ -44,7 +44,7 @@ impl Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// Which landmarks hold the pose.
+    /// Which landmarks update the pose.
     pub mode: Mode,
     /// Share of true pairs that pass the gates, individual and joint.
     pub gate: f64,
@@ -58,7 +58,7 @@ pub struct Options {
     pub range_max: f64,
     /// Landmarks of the map whose error is remembered from scan to scan, at most.
     pub memory: usize,
-    /// Landmarks found on the way.
+    /// Landmarks found during the drive.
     pub dynamic: DynamicOptions,
     /// When the localizer is lost.
     pub lost: LostOptions,
@@ -80,13 +80,13 @@ impl Default for Options {
     }
 }
 
-/// The life of a landmark found on the way.
+/// The life of a landmark found during the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DynamicOptions {
     /// A corner this far from every landmark begins a new one [m].
     pub separation: f64,
-    /// It holds the pose after so many sightings,
+    /// It updates the pose after so many sightings,
     pub hits: u32,
     /// which must be made within so many scans that could see it.
     pub trial: u32,
@@ -96,11 +96,11 @@ pub struct DynamicOptions {
     pub misses: u32,
     /// or when the share of scans that saw it falls below this,
     pub share_min: f64,
-    /// or when it was not seen for so long a way [m],
+    /// or when it was not seen over such a distance [m],
     pub way_max: f64,
     /// or time [s].
     pub time_max: f64,
-    /// Landmarks found on the way that are kept, at most.
+    /// Landmarks found during the drive that are kept, at most.
     pub count_max: usize,
     /// In mixed mode they are begun while the standard deviation of the position is below this [m].
     pub anchor_sigma: f64,

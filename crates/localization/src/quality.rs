@@ -1,4 +1,4 @@
-//! How much a pose is worth: a number to stop the vehicle by.
+//! Quality of a pose: a number to stop the vehicle by.
 //!
 //! **Lost or not** is a sequential test of likelihood ratios (Wald 1945; restarted at zero, so that it is Page's test).
 //! Every observation that could be a landmark is matched or not. On the right track a share p of them is matched, which
@@ -32,20 +32,20 @@ pub enum Status {
     /// It was never known, or evidence says that it is wrong.
     #[default]
     Lost,
-    /// Nothing speaks against it, but neither landmarks nor walls hold it at present.
+    /// Nothing contradicts it, but neither landmarks nor walls constrain it at present.
     Coasting,
-    /// Landmarks or walls hold it.
+    /// Landmarks or walls constrain it.
     Tracking,
 }
 
-/// The worth of a pose.
+/// Quality of a pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quality {
     /// What to make of it.
     pub status: Status,
     /// Observations of the last scan that could be used.
     pub observed: usize,
-    /// Those that were paired with a landmark that holds the pose.
+    /// Those that were paired with a landmark that updates the pose.
     pub matched: usize,
     /// Share of observations matched in the last some hundred.
     pub matched_share: f64,

@@ -11,9 +11,9 @@ pub type View<'a> = &'a dyn Fn(Vector2<f64>) -> bool;
 pub struct Match {
     /// Place in the list of observations.
     pub observation: usize,
-    /// The landmark: its place in the map, or a number beyond for one found on the way.
+    /// The landmark: its place in the map, or a number beyond for one found during the drive.
     pub landmark: usize,
-    /// Whether it holds the pose.
+    /// Whether it updates the pose.
     pub holds: bool,
     /// Range [m] and bearing [rad], measured less predicted.
     pub innovation: Vector2<f64>,
@@ -28,16 +28,16 @@ pub struct Update {
     pub matches: Vec<Match>,
     /// Landmarks begun.
     pub begun: usize,
-    /// Landmarks that hold the pose from now on.
+    /// Landmarks that update the pose from now on.
     pub proven: usize,
     /// Landmarks forgotten.
     pub forgotten: usize,
     /// Observations that could not be used: not finite, without range or covariance, or out of range.
     pub unusable: usize,
-    /// Whether the joint search met its cap and nearest neighbours were taken.
+    /// Whether the joint search reached its cap and nearest neighbours were taken.
     pub cut_short: bool,
-    /// The probability with which the place was found anew, where it was.
+    /// The probability with which the place was found again, where it was.
     pub relocated: Option<f64>,
-    /// What the pose is worth now.
+    /// Quality of the pose now.
     pub quality: Quality,
 }

@@ -1,4 +1,4 @@
-//! The pose held by the walls of the map where landmarks leave it weak.
+//! The pose constrained by the walls of the map where landmarks leave it weak.
 //!
 //! A scan is registered to the surfaces of the occupancy grid, A its pose there, with the filter's pose T and information
 //! P^-1 as prior under Student's loss, so that with e = log(T^-1 A) the readings alone say
@@ -16,11 +16,11 @@
 //! M = G max(1, 2 MEMORY / distance since the last)
 //! ```
 //!
-//! so that standing still teaches nothing more. Directions that no wall stands across have no information, and none comes
-//! in. Landmarks are surveyed to millimetres, a grid is to centimetres: while they hold the pose better than `WEAK`, the walls are
+//! so that standing still teaches nothing more. Directions that no wall constrains have no information, and none comes
+//! in. Landmarks are surveyed to millimetres, a grid is to centimetres: while they constrain the pose better than `WEAK`, the walls are
 //! silent.
 //!
-//! **Motions.** Odometry rarely says how good it is. Where walls hold the pose, the factor on its variance follows from how
+//! **Motions.** Odometry rarely says how good it is. Where walls constrain the pose, the factor on its variance follows from how
 //! far the walls are from where it led: `f <- f (1 + a (d^2 / 3 - 1))`, never below one.
 //!
 //! **Right or not.** Beams that agree with the grid, end before it, or go through its walls are counted for and against the
@@ -134,7 +134,7 @@ impl WallHold {
         learn_pose(joint, &(0.5 * (lambda + lambda.transpose())), &towards);
     }
 
-    /// Learns how much worse the motions are than they say, from what the walls say of the pose.
+    /// Learns how much worse the motions are than their covariance, from how far the walls move the pose.
     fn doubt_motion(&mut self, found: &Alignment, e: &Vector3<f64>, information: &Matrix3<f64>, walls: &Walls) {
         let readings = found.information.try_inverse().map(|c| c + walls.covariance());
         let expected = readings.zip(information.try_inverse()).and_then(|(r, p)| (p + r).try_inverse());

@@ -4,14 +4,14 @@
 //! Q = Q_wheels + |path| diag(floor)^2
 //! ```
 //!
-//! Q_wheels is the noise of [`groma_models::wheel_motion`], for steps that are taken to be independent. The floor is what the
+//! Q_wheels is the noise of [`groma_models::wheel_motion`], for steps that are assumed to be independent. The floor is what the
 //! model of a vehicle on a plane leaves out, per metre: steps of the steering encoder, which last as long as the steering is
 //! held, play, uneven floors, wheels that slip sideways. It also pays for something that is no error of the wheels: the errors
 //! of a corner in neighbouring scans have much in common, and the filter takes them for independent. With the noise of the
 //! wheels alone, twelve metres in the simulated warehouse without a map have a NEES per degree of freedom of 2.7 (the true slip)
 //! to 5.4 (the usual one); with the floor 1.6.
 //!
-//! What lasts, an error of calibration, is no noise: it belongs to the
+//! A lasting error, one of calibration, is no noise: it belongs to the
 //! [`CalibrationCovariance`](crate::CalibrationCovariance).
 
 use crate::joint::Motion;

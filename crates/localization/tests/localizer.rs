@@ -43,7 +43,7 @@ fn noise_free(hall: &Hall, laser: &Se2, stamp: f64) -> Vec<Observation> {
 }
 
 #[test]
-fn without_noise_a_wrong_start_is_mended_to_rounding() {
+fn without_noise_a_wrong_start_is_corrected_to_rounding() {
     let mut hall = Hall::new(3, 60, 0, 25.0, 1.2);
     let map = exact(&mut hall);
     for mode in [Mode::Static, Mode::Mixed] {
@@ -297,6 +297,6 @@ fn a_day_at_20_hz_neither_loses_the_vehicle_nor_grows() {
         most = most.max(proven + trial);
         rows = rows.max(localizer.joint().points().len());
     }
-    println!("worst error {worst:.3} m, most landmarks found on the way {most}, most in memory {rows}");
+    println!("worst error {worst:.3} m, most landmarks found during the drive {most}, most in memory {rows}");
     assert!(worst < 0.2 && most <= 100 && rows <= 250);
 }

@@ -1,4 +1,4 @@
-//! What is believed of the next pose before the scan is looked at.
+//! The next pose and its covariance, predicted before the scan is registered.
 //!
 //! With odometry: the increment it reports, with standard deviations that grow with distance `d` and turn `a`
 //!

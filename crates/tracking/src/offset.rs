@@ -17,7 +17,7 @@ use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 const START: (f64, f64) = (0.5, 0.05);
 /// Noise of a step beyond what the registration knows: [m], and share of the distance.
 const NOISE: (f64, f64) = (0.02, 0.05);
-/// Steps that turn and move less tell nothing [rad], [m].
+/// Steps that turn and move less are not used [rad], [m].
 const LEAST: (f64, f64) = (0.02, 0.05);
 /// Steps whose residual is beyond this many standard deviations are left out.
 const GATE: f64 = 4.0;

@@ -75,7 +75,7 @@ pub struct Step {
     pub lesson: Option<Lesson>,
 }
 
-/// What a scan that was registered well says of the odometry since the scan before.
+/// What a scan that was registered well teaches about the odometry since the scan before.
 #[derive(Clone, Debug)]
 pub struct Lesson {
     last: Se2,
@@ -173,7 +173,7 @@ impl Tracker {
         Step { lesson, ..self.keep(stamp, view, &found, surprised) }
     }
 
-    /// What is believed of the pose `seconds` after `last`: as the vehicle moved, and by odometry.
+    /// The pose `seconds` after `last`, predicted as the vehicle moved, and by odometry.
     fn priors(&self, last: &Se2, seconds: f64, increment: Option<&Increment>) -> (Prior, Option<Prior>) {
         let rolling = increment.map(|u| self.model.from_odometry(last, &self.offset.apply(&u.motion), &u.excess));
         (self.model.from_velocity(last, seconds), rolling)

@@ -11,7 +11,7 @@
 //!
 //! The rows that move choose the filter. All: EKF-SLAM. The pose alone: a Schmidt filter, in which landmarks and
 //! calibration stay as they are, but what they have in common with the pose is kept, so that the same error of a
-//! landmark, met in a thousand scans, is not averaged away. A landmark alone: it is refined without a say of its own.
+//! landmark, met in a thousand scans, is not averaged away. A landmark alone: it is refined and does not move the pose.
 //!
 //! Updates of one scan share one linearisation: means stay until [`Joint::settle`], meanwhile `shift` holds what was
 //! learned. Perturbations of the pose are on the right.

@@ -1,4 +1,4 @@
-//! What the landmarks say of a pose: a log-likelihood ratio against chance.
+//! Evidence of the landmarks for a pose: a log-likelihood ratio against chance.
 //!
 //! A seen landmark comes from the map with probability e, else from anywhere, with the density c of seen landmarks:
 //!
@@ -6,7 +6,7 @@
 //! l = sum over seen of ln( (1 - e) + e N(r; 0, S) o / c ),   o = pi / orientation_max for a corner that opens alike
 //! ```
 //!
-//! Landmarks of one wall, rack or pallet stand and fall together, so that only a share of the sum counts as independent
+//! Landmarks of one wall, rack or pallet are right or wrong together, so that only a share of the sum counts as independent
 //! (`INDEPENDENCE`). A map may know few of them: landmarks that are not on it say nothing at worst. The density is that of the view, but never below `LEAST_DENSITY`.
 
 use super::refine::spread;

@@ -1,4 +1,4 @@
-//! What was seen of late, brought together: landmarks seen more than once become one, scans lie on each other.
+//! What was seen recently, brought together: landmarks seen more than once become one, scans lie on each other.
 //!
 //! The frame of a view is where the vehicle was when it began. The odometry moves the vehicle in it; a scan that is kept is
 //! registered to those before, with the odometry as prior, for the odometry of a lost vehicle may be any.
@@ -21,7 +21,7 @@ const APART: (f64, f64) = (0.4, 0.3);
 const ODOMETRY: (f64, f64, f64) = (0.02, 0.1, 0.15);
 /// Degrees of freedom of its prior: it may be badly wrong.
 const ODOMETRY_DOF: f64 = 4.0;
-/// Share of a scan that must lie on those before, or the odometry is believed.
+/// Share of a scan that must lie on those before, or the pose by odometry is used.
 const ON_SURFACES: f64 = 0.3;
 /// A wall is as long as it has cells of this size [m].
 const STRETCH: f64 = 0.5;
@@ -174,7 +174,7 @@ impl LocalView {
     }
 }
 
-/// What the odometry says of a pose after a step.
+/// The pose after a step by odometry.
 fn prior(pose: &Se2, step: &Se2) -> Prior {
     let (distance, turn) = (step.translation.norm(), step.theta().abs());
     let xy = ODOMETRY.0 + ODOMETRY.1 * distance;

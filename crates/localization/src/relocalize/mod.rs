@@ -1,7 +1,7 @@
 //! Where on the map the vehicle is, without any first guess.
 //!
 //! ```text
-//! 1. what was seen of late, brought together: landmarks and scans                        `local_view`
+//! 1. what was seen recently, brought together: landmarks and scans                        `local_view`
 //! 2. pairs of seen landmarks -> pairs of the map of equal length, turned alike -> poses `pairs`
 //!    poses that put most seen landmarks on the map; refined by weighted least squares   `refine`
 //! 3. poses that put the scans on the walls of the occupancy grid, all places and headings (branch and bound);

@@ -1,4 +1,4 @@
-//! From rough poses to few good ones: count, refine, tell apart.
+//! From rough poses to few good ones: count, refine, distinguish.
 //!
 //! A pose is refined by pairing each seen landmark with the nearest landmark of the map of its kind, one to one, and by
 //! weighted least squares, in turns, each turn with the pairs and the weights W of its beginning:
