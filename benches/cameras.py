@@ -88,7 +88,7 @@ def _calibrated(
     )
     honest = found.honesty
     print(
-        f"{name} {settings}: {shown}; rms {found.rms:.4f} ({found.rms_all:.4f} of all), honesty {honest.factor:.2f}, "
+        f"{name} {settings}: {shown}; rms {found.rms:.4f} ({found.rms_all:.4f} of all), halves {honest.factor:.2f}, "
         f"z of fx {honest.z_rms[0]:.2f}, halves {honest.projection_rms:.1f} px, {taken:.1f} s"
     )
 

@@ -1,4 +1,4 @@
-"""Localization in a simulated warehouse, held against the truth: halting points, paths, moved pallets.
+"""Localization in a simulated warehouse, compared with the ground truth: halting points, paths, moved pallets.
 
     python benches/localization.py [RUNS]
 
@@ -44,7 +44,7 @@ MOVED = 0.1
 SHARES = (1.0, 0.5, 0.25, 0.0)
 """Of the reflectors."""
 WRONG = 0.2
-"""A run whose second half errs by more is lost [m]."""
+"""A run whose second half has a larger error is lost [m]."""
 HERE = 0.3
 """A mark of the map stands where one hangs within this distance [m]."""
 
@@ -215,7 +215,7 @@ def main(arguments: Iterable[str]) -> None:
         for share in SHARES:
             halting(site, Variant(f"mixed, {share:.0%} of the reflectors", "mixed", reflectors=share))
         say("paths")
-        paths(site, Variant("corners found on the way, no map", "dynamic"), runs)
+        paths(site, Variant("corners found during the drive, no map", "dynamic"), runs)
         paths(site, Variant("corners", "static", "corner"), runs)
         paths(site, Variant("corners, a third moved", "static", "corner", changed=1 / 3), runs)
         for share in SHARES:

@@ -1,4 +1,4 @@
-"""Print what calibrations from images scatter by the drives that people use, against corners drawn with noise.
+"""Print what calibrations from images scatter by common trajectories, against corners drawn with noise.
 
 .venv/bin/python benches/motions.py [RUNS]
 

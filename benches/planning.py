@@ -102,7 +102,7 @@ def promises() -> None:
 
 
 def goals() -> None:
-    """Tell what a wanted sigma and a budget lead to."""
+    """Print the result for a required sigma and for a budget."""
     tell(f"goals over {SEEDS} sparse buildings: mean (range) of distance and sigma")
     graphs = [scene("sparse", seed=seed) for seed in range(SEEDS)]
     for goal in (Sigma(0.35), Sigma(0.25), Sigma(0.2), Budget(200.0), Budget(300.0), Budget(600.0)):

@@ -1,9 +1,9 @@
-"""Print what the next best drive takes against the drives that people use, before cameras in many places.
+"""Print what the next best drive takes against common trajectories, before cameras in many places.
 
 .venv/bin/python benches/planning_camera.py [PLACES]
 
 Cameras are about 2 m up, the middle of the drives 2 to 3.5 m before them. Either robot has the same three panels, 45
-degrees apart; the drive across the view has them on its side. The best drive that people use is the one with the lowest
+degrees apart; the drive across the view has them on its side. The best common trajectory is the one with the lowest
 worst pixel, which then is the target of the next best one. Told are distance, effort at the wheels with turns [m],
 looks, and what odometry adds to the place of the camera [mm]; of the next best one also its share of either.
 """
@@ -20,7 +20,7 @@ from groma.planning.camera import DEFAULTS, CameraPlan, Judged, Stage, middle_he
 
 
 def compared(height: float, distance: float) -> tuple[Judged, CameraPlan]:
-    """Return the best drive that people use, and the next best one to the same worst pixel."""
+    """Return the best common trajectory, and the next best one to the same worst pixel."""
     stage = Stage(mount(height, math.atan2(height - middle_height(DEFAULTS.target), distance)))
     best = next(judged for judged in ranked(stage, distance) if not judged.degenerate)
     return best, plan_camera(stage, (distance, 0.0, math.pi), replace(DEFAULTS.search, target=best.worst))

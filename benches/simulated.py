@@ -1,4 +1,4 @@
-"""Maps every simulated scene, with odometry and without, and prints the errors against the truth as a table.
+"""Maps every simulated scene, with odometry and without, and prints the errors against the ground truth as a table.
 
 Run as ``.venv/bin/python benches/simulated.py [SEED]``. Errors are those of `groma evaluate trajectory --relations`:
 the mean over true relative poses of scans five seconds apart and of places seen again. Times are of the whole command,

@@ -1,4 +1,4 @@
-"""Whether the stated sigmas of a calibration are what it errs by: many simulated recordings through the whole pipeline.
+"""Whether the stated sigmas of a calibration agree with its errors: many simulated recordings.
 
     python benches/vehicle_sigmas.py [RUNS [FOLDER]]
 

@@ -13,7 +13,7 @@ HEAD = """# Findings and verdicts
 
 Written by `make docs` from the catalogue of the core; do not edit.
 
-A finding is something that a command noticed about its input or its result. Standard error prints one a line, the
+A finding is something that a command noticed about its input or its result. Standard error prints one per line, the
 report of the run shows the same list, and so does its `metrics.json` ([fields](runs.md)). A code is never renamed.
 
 Severities: `info` is worth knowing, nothing to do; `warning` means that the result may suffer; `error` that it must not

@@ -43,7 +43,7 @@ def test_images_in_a_camera_out(folder: Path, tmp_path: Path, capsys: pytest.Cap
     out = tmp_path / "out"
     assert _run(folder, "--name", "door", "-o", str(out)) == 0
     shown = capsys.readouterr()
-    assert "Projections are known to" in shown.out
+    assert "Projection uncertainty" in shown.out
     assert "cut.png: cannot be read as an image" in shown.err
     findings_shown(out, shown.err)
     name, found = read_camera_info(out / "door.yaml")
@@ -58,7 +58,7 @@ def test_images_in_a_camera_out(folder: Path, tmp_path: Path, capsys: pytest.Cap
     assert (kept["version"], kept["parameters"][:2]) == (1, ["fx", "fy"])
     assert read_camchain(out / "camchain.yaml")["door"].parameters == tuple(kept["values"])
     page = (out / "report.html").read_text()
-    assert "May it be believed?" in page
+    assert "Check of the covariance" in page
     assert "<script" not in page
 
 

@@ -46,7 +46,7 @@ VEHICLES: dict[Model, Tricycle | Differential] = {
 
 @dataclass(frozen=True)
 class Case:
-    """What the command is asked for, and the same in words of the library."""
+    """The settings of the command, and the same in words of the library."""
 
     options: str
     wheels: str

@@ -81,7 +81,7 @@ def test_what_was_seen_counts() -> None:
     assert plan.worst_before < 0.5 * planned().worst_before
 
 
-def test_the_drives_that_people_use_are_ranked_and_two_are_refused() -> None:
+def test_common_trajectories_are_ranked_and_two_are_refused() -> None:
     found = ranked(stage(), 2.6)
     assert {judged.motion for judged in found} == set(MOTIONS)
     assert {judged.motion for judged in found if judged.degenerate} == {"stationary", "one-panel"}
@@ -128,7 +128,7 @@ def test_a_drive_is_told_as_a_driver_needs_it() -> None:
 def test_a_plan_is_written_whole_and_with_the_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     line = ["plan", "camera", "--height", "2.2", "--down", "30", "--sigma", "2", "-o"]
     assert command([*line, str(tmp_path / "a")]) == 0
-    assert "will bring the worst pixel from" in capsys.readouterr().out
+    assert "lowers the worst-pixel error from" in capsys.readouterr().out
     assert command([*line, str(tmp_path / "b")]) == 0
     for name in ("waypoints.csv", "plan.json", "metrics.json", "run.toml", "report.html"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()

@@ -26,7 +26,7 @@ MODULES = sorted(
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 PLACES = 8
-"""That numpy shows: `0.` stands for a number without more of them."""
+"""That numpy shows: `0.` represents a number without more of them."""
 
 
 class Numbers(doctest.OutputChecker):

@@ -281,7 +281,7 @@ def test_given_poses_stand_in_for_the_odometry(tmp_path: Path) -> None:
         (["room.csv", "--poses", "absent.tum"], 2, "absent.tum"),
     ],
 )
-def test_mistakes_are_told_in_one_line(
+def test_mistakes_are_reported_in_one_line(
     arguments: list[str],
     code: int,
     says: str,

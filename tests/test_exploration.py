@@ -118,7 +118,7 @@ def test_a_plan_is_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert (
         command(["plan", "exploration", str(tmp_path / "hand.yaml"), "--lambda", "30", "-o", str(out), "--frames"]) == 0
     )
-    assert "find 3 cameras" in capsys.readouterr().out
+    assert "locates all 3 cameras" in capsys.readouterr().out
     rows = list(csv.DictReader((out / "waypoints.csv").read_text().splitlines()))
     assert rows[0]["place"] == "dock"
     assert float(rows[1]["distance"]) == 8.0
@@ -197,7 +197,7 @@ def test_the_demonstration_writes_a_plan_and_a_comparison(tmp_path: Path) -> Non
     with Run("evaluation", "demo", tmp_path / "demo", command="") as run:
         _, told = plan_simulated(run, tmp_path, 1)
         run.finish({})
-    assert "find 16 cameras" in told[0]
+    assert "locates all 16 cameras" in told[0]
     assert all((tmp_path / "demo" / page).is_file() for page in PLANS)
 
 

@@ -1,4 +1,4 @@
-"""The examples and the core's Python tests hold on older processors too: no expectation hangs on the last bits.
+"""The examples and the core's Python tests hold on older processors too: no expectation depends on the last bits.
 
 Results are the same bytes on one machine; across machines they agree within the tolerances of the tests. `make
 test-portable` runs the whole quick suite this way.

@@ -52,7 +52,7 @@ def test_kinds_do_not_mix() -> None:
     assert len(localizer.update(_seen(np.zeros(3), kind="corner")).landmark) == 0
 
 
-def test_corners_found_on_the_way_hold_the_pose() -> None:
+def test_corners_found_during_the_drive_constrain_the_pose() -> None:
     localizer = Localizer(reflectors(np.empty((0, 2)), 0.001), pose=(0.0, 0.0, 0.0), mode="dynamic")
     pose = np.zeros(3)
     for k in range(1, 30):
@@ -65,7 +65,7 @@ def test_corners_found_on_the_way_hold_the_pose() -> None:
     assert abs(localizer.state.pose[0] - pose[0]) < 0.012
 
 
-def test_an_unknown_start_is_found_on_the_way() -> None:
+def test_an_unknown_start_is_found_during_the_drive() -> None:
     marks = reflectors(MARKS, 0.002)
     localizer = Localizer(marks, relocalizer=Relocalizer(marks))
     assert localizer.state.quality.status == "lost"

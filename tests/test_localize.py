@@ -181,7 +181,7 @@ def test_plain_odometry_serves_without_a_vehicle(depot: Depot) -> None:
     assert np.sqrt(np.mean(depot.errors(out) ** 2)) < 0.03
 
 
-def test_mistakes_are_told_in_a_line(depot: Depot, capsys: pytest.CaptureFixture[str]) -> None:
+def test_mistakes_are_reported_in_a_line(depot: Depot, capsys: pytest.CaptureFixture[str]) -> None:
     marks = str(depot.folder / "marks.csv")
     empty = depot.folder / "empty"
     empty.mkdir(exist_ok=True)

@@ -241,7 +241,7 @@ def test_scans_without_an_echo_give_no_map(rooms: Driven, tmp_path: Path, capsys
         ("[map\n", "is not TOML"),
     ],
 )
-def test_a_wrong_setting_is_told_by_its_name(
+def test_a_wrong_setting_is_reported_by_its_name(
     rooms: Driven, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, told: str
 ) -> None:
     (tmp_path / "settings.toml").write_text(text)

@@ -61,7 +61,7 @@ def test_a_static_camera_and_its_board_on_an_arm_fit_to_1_3_pixels(shared: Path)
 
 
 @pytest.mark.shared
-def test_with_the_motion_made_planar_the_height_is_told_to_be_unobservable(shared: Path) -> None:
+def test_with_the_motion_made_planar_the_height_is_reported_as_unobservable(shared: Path) -> None:
     recorded = Recorded(shared)
     true = place_by_poses(recorded.known, BOARD, recorded.poses, recorded.seen)
     flat = np.array([_levelled(pose, recorded.poses[0]) for pose in recorded.poses])

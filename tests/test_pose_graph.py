@@ -171,7 +171,7 @@ def without(graph: Graph, edge: int) -> Graph:
     return Graph(graph.nodes, graph.pairs[kept], graph.measurements[kept], graph.information[kept], graph.robust[kept])
 
 
-def test_what_is_not_held_is_named() -> None:
+def test_what_is_not_determined_is_named() -> None:
     graph = small()
     with pytest.raises(EstimationError, match="node 7"):
         optimize(without(graph, 6))

@@ -127,8 +127,8 @@ def test_shows_the_findings_and_says_that_nothing_was_left_out_only_without_any(
     assert "cut after &lt;message&gt; 7." in page
     assert "skipped: 3 NEFF." in page
     assert page.index("recording-cut") < page.index("records-skipped")
-    assert "nothing was left out" not in page
-    assert "nothing was left out" in map_report(result, outcome(result))
+    assert "nothing was skipped" not in page
+    assert "nothing was skipped or assumed" in map_report(result, outcome(result))
 
 
 def test_says_why_closures_were_rejected(result: MapResult, page: str) -> None:
@@ -188,7 +188,7 @@ def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult
     assert verdict(_closure(5.0, accepted=False)).startswith("No loop was closed")
     assert verdict(_closure(0.03)) == (
         "The map is consistent: 1 loop closure agrees with it to 3.0\N{NO-BREAK SPACE}cm, and no stretch of the drive "
-        "is weakly held."
+        "is weakly constrained."
     )
     values = {"worst": (0.5, "m"), "worst_turn": (-0.03, "rad")}
     strained = Finding("closure-violated", "of 2 loop closures 1 cannot be met", place=(1.0, -2.0), values=values)
@@ -197,7 +197,9 @@ def test_verdict_tells_consistent_strained_and_open_maps_apart(result: MapResult
         "(1.0,\N{NO-BREAK SPACE}\N{MINUS SIGN}2.0), where walls may be doubled"
     )
     torn = Finding("map-torn", "the scan was not found on the map")
-    assert verdict(_closure(0.03), findings=(strained, torn, torn)).startswith("The map may be torn: 2 times the scan")
+    assert verdict(_closure(0.03), findings=(strained, torn, torn)).startswith(
+        "The map may be torn: 2 times tracking was lost"
+    )
     assert "few returns & <glass>" in map_words.verdict(result)
 
 

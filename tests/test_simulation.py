@@ -146,7 +146,7 @@ def test_the_named_scenarios_differ_where_they_say() -> None:
     assert (loop.scanner.period, loop.wheels.final_error) == (2.0, 30.0)
 
 
-def test_mistakes_are_told_in_one_line() -> None:
+def test_mistakes_are_reported_in_one_line() -> None:
     with pytest.raises(UserError, match='no scene is called "attic": try one of rooms, warehouse'):
         scenario("attic")
     rooms = scenario("rooms")

@@ -80,7 +80,7 @@ def test_raw_scans_of_eight_arcs_tell_the_vehicle(eight_arcs: Path, tmp_path: Pa
     assert run["settings"]["calibrate"]["tolerance"] == "laser_x=5mm"
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("<svg") == 4
-    assert "Stop here" in page
+    assert "the tolerance is met" in page
     assert "<script" not in page
     table = (tmp_path / "out" / "motions.csv").read_text().splitlines()
     assert len(table) == 9
@@ -151,7 +151,7 @@ def test_ordinary_driving_tells_a_delay(tmp_path: Path) -> None:
     assert result.vehicle.parameters["laser_x"] == pytest.approx(0.39028, abs=0.003)
 
 
-def test_a_drive_that_leaves_something_open_is_exit_1_with_a_report(
+def test_a_drive_that_does_not_determine_all_parameters_is_exit_1_with_a_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scenario = calibration_scenario(Tricycle(), 1)
@@ -165,10 +165,10 @@ def test_a_drive_that_leaves_something_open_is_exit_1_with_a_report(
     line = f"calibrate vehicle {tmp_path / 'one_arc.csv'} --wheelbase 1.5 --window 0.5 -o {tmp_path / 'out'}"
     assert groma.cli.run(line.split()) == 1
     out, error = capsys.readouterr()
-    assert "open" in out
+    assert "undetermined" in out
     assert "error: parameter-open: " in error
     assert not (tmp_path / "out" / "vehicle.toml").exists()
-    assert "What is open" in (tmp_path / "out" / "report.html").read_text()
+    assert "Undetermined parameters" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_a_vehicle_that_never_moved_is_told(tmp_path: Path) -> None:
@@ -217,7 +217,7 @@ def test_two_drives_of_the_rover_agree(shared: Path) -> None:
     assert found[0].vehicle.parameters["left_radius"] == pytest.approx(0.077, rel=0.05)
 
 
-def test_more_driving_is_told_by_the_worst(eight_arcs: Path) -> None:
+def test_more_driving_is_reported_by_the_worst(eight_arcs: Path) -> None:
     result = calibrate_vehicle(open_recording(eight_arcs), Request(wheelbase=1.5))
     width = result.half_widths["laser_yaw"]
     wanting = judged(result, {"laser_yaw": width / 2, "laser_x": 1.0})
@@ -281,7 +281,7 @@ def test_a_controller_never_reads_a_negative_length(left: int, right: int, told:
     assert told in text
     assert numbers(text) == numbers(ros2_control(good))
     assert min(numbers(text)) > 0.01
-    assert "Mend first" not in ros2_control(good)
+    assert "Fix first" not in ros2_control(good)
     opposite = {"left_radius": 0.1, "right_radius": -0.1}
     assert min(numbers(ros2_control(replace(good, parameters={**good.parameters, **opposite})))) > 0.01
 
@@ -302,7 +302,7 @@ def test_the_demonstration_is_near_the_truth(tmp_path: Path) -> None:
         result, lines = calibrate_simulated(run, tmp_path, seed=2)
         run.finish({})
     assert (tmp_path / "demo" / "vehicle" / "report.html").exists()
-    assert lines[0].startswith(("Stop here", "Go on"))
+    assert lines[0].startswith(("Tricycle drive calibrated from", "Not yet within tolerance"))
     assert len(lines) == 1 + len(result.found.names)
     assert "off the truth by" in lines[1]
     truth = true_vehicle(calibration_scenario(Tricycle())).parameters

@@ -139,7 +139,7 @@ def test_the_reference_detector_is_agreed_with(shared: Path) -> None:
     assert np.median(off) < 0.5
 
 
-def test_noise_and_blur_are_as_asked() -> None:
+def test_noise_and_blur_are_as_required() -> None:
     flat = render(CAMERA, TARGET, [], appearance(noise=3.0, blur=0.0)).astype(float)
     smooth = render(CAMERA, TARGET, [], appearance(noise=0.0, blur=0.0)).astype(float)
     assert np.std(flat - smooth) == pytest.approx(3.0, abs=0.1)

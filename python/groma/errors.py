@@ -2,7 +2,7 @@
 
 
 class UserError(Exception):
-    """The input or the request is wrong: one line says what and how to mend it; the command exits with 2."""
+    """The input or the request is wrong: one line says what and how to fix it; the command exits with 2."""
 
 
 class EstimationError(Exception):

@@ -32,7 +32,7 @@ def flaser(
 
 
 def drive_lines(scans: int, ranges: Sequence[object] = RANGES, start: float = 100.0) -> list[str]:
-    """A robot that drives 0.1 m a scan, with a laser 0.2 m ahead of its centre."""
+    """A robot that drives 0.1 m per scan, with a laser 0.2 m ahead of its centre."""
     return [
         flaser(ranges, (0.1 * k + 0.2, 0.0, 0.0), (0.1 * k, 0.0, 0.0), f"{start + k} host {k}") for k in range(scans)
     ]

@@ -74,7 +74,7 @@ def test_a_drive_reads_the_same_from_every_container(tmp_path: Path, name: str) 
     }
 
 
-def test_only_what_is_asked_for_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_what_is_requested_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     recording = open_recording(bag1(tmp_path / "a.bag", drive_entries(Ros(1), 3)))
     decoded = set()
     decoder = recording._decoder  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""vehicle.toml: what is written reads back exactly, and what describes no vehicle is told in one line."""
+"""vehicle.toml: what is written reads back exactly, and what describes no vehicle is reported in one line."""
 
 from __future__ import annotations
 

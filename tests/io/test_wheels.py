@@ -27,7 +27,7 @@ def recording(folder: Path, messages: Iterable[Message]) -> Recording:
     return open_recording(folder / "wheels.csv")
 
 
-def test_joints_are_told_by_their_names(tmp_path: Path) -> None:
+def test_joints_are_reported_by_their_names(tmp_path: Path) -> None:
     names = ("lift", "front_steering_joint", "front_drive_joint")
     opened = recording(tmp_path, [joints(t, names, 9.0, 0.1 * t, 2.0 * t) for t in TIMES])
     assert steers(opened)
@@ -107,7 +107,7 @@ def test_speeds_alone_are_refused_in_one_line(tmp_path: Path) -> None:
         read_wheels(recording(tmp_path, messages), "differential")
 
 
-def test_odometry_stands_for_wheels(tmp_path: Path) -> None:
+def test_odometry_represents_wheels(tmp_path: Path) -> None:
     turn, speed = 0.3, 0.8
     theta = turn * TIMES
     x, y = speed / turn * np.sin(theta), speed / turn * (1 - np.cos(theta))

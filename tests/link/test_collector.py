@@ -42,7 +42,7 @@ def test_a_loss_at_the_end_is_found_when_the_sender_tells_how_much_there_is() ->
     assert [(name, again.first, again.last) for name, again in collector.requests()] == [("cam", 1, 2)]
 
 
-def test_a_node_that_has_run_for_days_is_not_asked_for_its_past() -> None:
+def test_a_node_that_has_run_for_days_need_not_send_its_past() -> None:
     collector = Collector()
     collector.announce("cam", {"old": 900_000, "now": 500_000}, "now")
     asked = [(again.boot, again.first, again.last) for _, again in collector.requests()]

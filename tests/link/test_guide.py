@@ -49,7 +49,7 @@ class Robot:
         self.true = self.believed = pose
 
     def go(self, to: Pose) -> None:
-        """Drive to where odometry says that the pose is; it errs by 1 % of the way and of the turn."""
+        """Drive to where odometry says that the pose is; it is off by 1 % of the distance and of the turn."""
         step = np.linalg.inv(planar(self.believed)) @ planar(to)
         way, turn = step[:2, 3], math.atan2(step[1, 0], step[0, 0])
         err = 0.01 * self.random.normal(size=3) * [np.linalg.norm(way), np.linalg.norm(way), abs(turn)]
@@ -116,7 +116,7 @@ def test_a_robot_that_does_as_it_is_told_calibrates_the_camera_as_well_as_wanted
             if advice.met:
                 break
         assert robot.stops < 60
-    assert "as wanted: go on" in told(advice)
+    assert "accurate enough" in told(advice)
     assert robot.length < 6.0
     found = calibrate_camera((640, 480), DEFAULTS.target, lead.seen["door"])
     sigmas = projection_sigmas(found.camera, found.claimed)[1]
@@ -189,7 +189,7 @@ def test_the_survey_tells_the_driver(capsys: pytest.CaptureFixture[str]) -> None
     leading = threading.Thread(target=lead_, args=(leaders, fresh, end))
     leading.start()
     deadline, told_ = time.monotonic() + 30, ""
-    while "door: the worst pixel is known to" not in told_ and time.monotonic() < deadline:
+    while "door: worst-pixel error" not in told_ and time.monotonic() < deadline:
         time.sleep(0.05)
         told_ += capsys.readouterr().err
     end.set()

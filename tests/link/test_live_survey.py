@@ -222,7 +222,7 @@ def test_the_command_leads_from_camera_to_camera(simulated: SimulatedNetwork, su
         (["survey", "SETUP", "--building", "BUILDING"], "bears the name of a camera"),
     ],
 )
-def test_a_mistake_is_told_in_one_line(
+def test_a_mistake_is_reported_in_one_line(
     words: list[str], complaint: str, survey: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "images").mkdir()

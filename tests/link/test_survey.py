@@ -131,7 +131,7 @@ def test_a_recording_that_lacks_its_end_is_read_up_to_there(endpoint: str, tmp_p
     assert part == whole[: len(part)]
 
 
-def test_an_image_travels_only_when_asked_for(endpoint: str, tmp_path: Path) -> None:
+def test_an_image_travels_only_on_request(endpoint: str, tmp_path: Path) -> None:
     with surveying(endpoint, tmp_path / "recording.mcap") as (survey, fresh), nodes(endpoint, tmp_path, ["eye"], 20.0):
         deadline = time.monotonic() + 10
         while len(received(fresh, "eye")) < 3:

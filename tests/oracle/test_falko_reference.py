@@ -1,4 +1,4 @@
-"""FALKO against the authors' library with its defects mended: every keypoint of 9320 scan runs.
+"""FALKO against the authors' library with its defects corrected: every keypoint of 9320 scan runs.
 
 The reference was made from the published definition with the true modulo in the ring distance, without merging of
 candidates of equal score, and without the read past the last beam.

@@ -22,7 +22,7 @@ COMMANDS = (
     "evaluate loops {file}",
 )
 EXPECTED = {"recording-cut", "mount-unknown", "records-skipped", "records-malformed"}
-"""The calibration of a vehicle finds where the laser sits itself, so the mounting is not asked for there."""
+"""The calibration of a vehicle finds where the laser sits itself, so the mounting is not requested there."""
 
 
 @pytest.fixture(scope="module")

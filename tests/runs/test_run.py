@@ -246,7 +246,7 @@ def test_new_folders_are_never_reused_and_latest_points_to_the_newest_of_each_ki
 
 def test_latest_without_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
-        raise PermissionError("a required privilege is not held by the client")
+        raise PermissionError("a required privilege is not determined by the client")
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(Path, "symlink_to", refuse)
@@ -261,7 +261,7 @@ def test_where_names_cannot_be_exchanged_the_place_is_a_link(tmp_path: Path, mon
         leave(tmp_path / "out", text=text)
         assert (tmp_path / "out").is_symlink()
         assert (tmp_path / "out" / "walls.csv").read_text() == text
-        assert len(list(tmp_path.iterdir())) == 2, "the link and the one folder that it stands for"
+        assert len(list(tmp_path.iterdir())) == 2, "the link and the one folder that it represents"
     (tmp_path / "out" / "notes.txt").write_text("mine")
     with pytest.raises(UserError, match=r"notes\.txt"):
         leave(tmp_path / "out")
@@ -324,7 +324,7 @@ def test_interrupted_before_there_is_a_result_it_leaves_nothing(tmp_path: Path) 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_part_tells_nothing_itself_and_its_findings_are_those_of_the_whole(
+def test_a_part_reports_nothing_itself_and_its_findings_are_those_of_the_whole(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with Run("evaluation", "demo", tmp_path / "out", command="") as whole:

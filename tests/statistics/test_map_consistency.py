@@ -1,6 +1,6 @@
 """Are the uncertainties of a map honest? Monte-Carlo over buildings, drives and noise.
 
-With the error of a node against the truth, both seen from the first node, as a right perturbation e, and its
+With the error of a node against the ground truth, both seen from the first node, as a right perturbation e, and its
 covariance P,
 
     NEES = e^T P^-1 e,      NEES / 3 = 1 in the mean when P is the covariance of e
@@ -9,7 +9,7 @@ below 1 it is conservative. Nodes of one map are not independent, seeds are: the
 map, then over the seeds. Source: Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 5.4.
 
 groma means to err on the safe side, for a covariance that is too small lets loop closure reject what is true. The upper
-bound is honesty; the lower one keeps the figures from saying nothing at all.
+bound is consistency; the lower one keeps the figures from saying nothing at all.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def figures(name: str, seed: int, folder: Path) -> Figures:
 
 
 @pytest.mark.parametrize("name", ["rooms", "turns", "warehouse", "loop"])
-def test_the_covariances_are_honest_and_no_closure_is_false(
+def test_the_covariances_are_consistent_and_no_closure_is_false(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = [figures(name, seed, tmp_path) for seed in SEEDS]

@@ -27,7 +27,7 @@ DISHONEST = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Honesty:
-    """What halves of the images, calibrated against each other, say of the claimed covariance."""
+    """Check of the claimed covariance by split halves of the images."""
 
     factor: float | None
     """By what standard deviations should be multiplied; None when there were too few images to tell."""
@@ -76,7 +76,7 @@ class CameraCalibration:
     claimed: Array
     """(n, n) covariance of the parameters as the residuals claim it."""
     covariance: Array
-    """(n, n) covariance to pass on: the claimed one times ``max(1, honesty)^2``."""
+    """(n, n) covariance to use: the formal one times ``max(1, factor)^2`` of the split halves."""
     sigmas_claimed: tuple[float, ...]
     """(n,) standard deviations as the residuals claim them."""
     sigmas: tuple[float, ...]
@@ -92,7 +92,7 @@ class CameraCalibration:
     tilt_spread: float
     """Largest angle between the panels of two views that took part [rad]."""
     weak: tuple[tuple[str, ...], float]
-    """The parameters that are known worst in combination, each in units of its own standard deviation, and the share of
+    """The most strongly correlated parameters, each in units of its own standard deviation, and the share of
     that combination of their common scatter."""
     dof: int
     honesty: Honesty

@@ -48,7 +48,7 @@ GROUPS = {
 _HELP = {
     "calibrate": "Estimate what a vehicle or a camera is like from a recording.",
     "cameras": "Map the fixed cameras of a building with a robot that carries a target.",
-    "plan": "Say where to drive, such that what is mapped or calibrated becomes as accurate as asked.",
+    "plan": "Say where to drive, such that what is mapped or calibrated becomes as accurate as required.",
     "evaluate": "Compare estimates with references.",
 }
 

@@ -35,7 +35,7 @@ def vehicle(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     config: Path | None = None,
 ) -> None:
-    """Calibrate a vehicle from a recording: wheels, steering, pose of the laser, with honest intervals. No first guess.
+    """Calibrate a vehicle from a recording: wheels, steering, pose of the laser, with 95 % intervals. No first guess.
 
     groma calibrate vehicle agv.mcap
 

@@ -47,7 +47,7 @@ CHAPTERS = (
 
 
 def demo(*, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None) -> None:
-    """Show what groma does on simulated recordings, each result held against the truth: the first command to try.
+    """Run groma on simulated recordings and compare each result with the ground truth: the first command to try.
 
     groma demo
 
@@ -76,7 +76,7 @@ def _show(chapter: Chapter, run: Run) -> list[str]:
 
 def _contents(told: list[list[str]], outcome: Outcome) -> str:
     """Return a page that leads to the reports."""
-    head = text("p", f"Simulated recordings, seed {SEED}: so the truth is known, and every result is held against it.")
+    head = text("p", f"Simulated recordings, seed {SEED}: every result is compared with the ground truth.")
     parts = (_entry(chapter, lines) for chapter, lines in zip(CHAPTERS, told, strict=True))
     return page("groma demo", [text("h1", outcome.headline), head, *parts, findings_section(outcome.findings)])
 

@@ -43,11 +43,11 @@ def map_simulated_cameras(whole: Run, recordings: Path, seed: int) -> tuple[Netw
 
 
 def _accuracy(network: NetworkMap, simulated: SimulatedNetwork) -> str:
-    """Return the errors against the truth as one sentence."""
+    """Return the errors against the ground truth as one sentence."""
     truth = {camera.name: pose for camera, pose in zip(simulated.scene.cameras, simulated.cameras, strict=True)}
     off = [float(np.linalg.norm(camera.pose[:3] - truth[camera.name][:3])) for camera in current(network)]
     odometry = float(np.linalg.norm(network.odometry[-1, :2] - simulated.stops[-1, :2]))
     return (
-        f"Measured against the truth: cameras {1000 * max(off):.0f} mm off at most, "
+        f"Error against the ground truth: cameras {1000 * max(off):.0f} mm at most, "
         f"where odometry alone ends {odometry:.2f} m off."
     )

@@ -70,13 +70,13 @@ def _localize(whole: Run, recordings: Path, chart: Path) -> Localized:
 
 
 def _accuracy(result: Localized, first: Simulated, later: Simulated) -> str:
-    """Return the error against the truth as one sentence; the map has its origin at the first pose of the survey."""
+    """Return the error against the ground truth as one sentence; the map starts at the first pose of the survey."""
     known = result.status != "lost"
     truth = _seen_from(first.truth[0], _at(result.stamps[known], later))
     off = np.hypot(*(result.poses[known, :2] - truth[:, :2]).T)
     median, worst = 1000 * float(np.median(off)), 1000 * float(off.max())
     return (
-        f"Measured against the truth: {median:.0f} mm in the median, {worst:.0f} mm at most, "
+        f"Error against the ground truth: {median:.0f} mm in the median, {worst:.0f} mm at most, "
         f"with {CHANGED:.0%} of the pallets moved."
     )
 

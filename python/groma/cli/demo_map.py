@@ -1,4 +1,4 @@
-"""The part of a demonstration that maps: a simulated warehouse, from recording to map, held against its truth."""
+"""The part of a demonstration that maps: a simulated warehouse, compared with its ground truth."""
 
 from __future__ import annotations
 
@@ -54,6 +54,4 @@ def _accuracy(errors: RelationErrors) -> str:
     """Return the mean errors as one sentence."""
     metres, degrees = errors.translation.mean(), errors.rotation.mean()
     count = len(errors.translation)
-    return (
-        f"Measured against the truth: {metres:.3f} m and {degrees:.2f} deg in the mean of {count} true relative poses."
-    )
+    return f"Mean error of {count} relative poses against the ground truth: {metres:.3f} m and {degrees:.2f} deg."

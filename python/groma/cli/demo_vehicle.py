@@ -1,4 +1,4 @@
-"""The part of a demonstration that calibrates a vehicle: a simulated tricycle on eight arcs, held against its truth."""
+"""The part of a demonstration that calibrates a vehicle: a simulated tricycle on eight arcs, with its ground truth."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def calibrate_simulated(whole: Run, recordings: Path, seed: int) -> tuple[Calibr
 
 
 def _errors(result: CalibratedVehicle, truth: Mapping[str, float]) -> list[str]:
-    """Return a line a parameter: estimate, interval, error."""
+    """Return a line per parameter: estimate, interval, error."""
     lines = []
     for name, value, sigma in zip(
         result.found.names, result.found.values.tolist(), result.found.sigmas.tolist(), strict=True

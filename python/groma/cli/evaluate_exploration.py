@@ -1,4 +1,4 @@
-"""`groma evaluate exploration`: what strategies trade, distance against accuracy, over many buildings."""
+"""`groma evaluate exploration`: the trade-off of strategies between distance and accuracy, over many buildings."""
 
 from __future__ import annotations
 

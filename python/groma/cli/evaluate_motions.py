@@ -1,4 +1,4 @@
-"""`groma evaluate motions`: the drives that people use before a camera, tried out."""
+"""`groma evaluate motions`: common trajectories before a camera, tried out."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def motions(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     config: Path | None = None,
 ) -> None:
-    """Calibrate a camera by the drives that people use, from corners drawn with noise: what scatters, what is refused.
+    """Calibrate a camera by common trajectories, from corners drawn with noise: what scatters, what is refused.
 
     groma evaluate motions --runs 2 --views 12
 

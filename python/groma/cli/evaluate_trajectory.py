@@ -51,7 +51,7 @@ def trajectory(
     odometry
         TUM; moves the nearest pose to the time of a relation that is further than --max-dt.
     assoc
-        Which pose stands for a time: the nearest (when left out), or the one interpolated between the neighbours.
+        Which pose represents a time: the nearest (when left out), or the one interpolated between the neighbours.
     max_dt
         Largest time to the nearest pose [s]; 0.1 when left out.
     max_gap

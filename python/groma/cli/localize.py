@@ -56,8 +56,9 @@ def localize(
     start
         Where the drive begins in the map: x,y,theta in metres and radians, or unknown to find out (the default).
     mode
-        Landmarks that hold the pose. static: those of the map. dynamic: corners found on the way. mixed: both.
-        reflectors: the reflectors of the map alone. Where landmarks are few, static and mixed keep to the walls too.
+        Landmarks that constrain the pose. static: those of the map. dynamic: corners found during the drive. mixed:
+        both. reflectors: the reflectors of the map alone. Where landmarks are few, static and mixed keep to the walls
+        too.
     output
         Folder for the results; a new one in results/ when left out.
     scans

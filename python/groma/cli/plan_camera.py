@@ -78,7 +78,7 @@ def camera(
     sigma
         Standard deviation of the worst pixel to reach [pixel].
     lambda_
-        Metres that one square metre less of variance, by odometry, of the camera's place is worth [1/m].
+        Metres of driving traded for one square metre less of the camera's position variance by odometry [1/m].
     seen
         What the camera saw of the panels since: detections.jsonl of a survey.
     output

@@ -55,7 +55,7 @@ def exploration(
     seed
         Draws the scene and the noise; 0 when left out.
     lambda_
-        Metres that one square metre less of summed variance is worth [1/m].
+        Metres of driving traded for one square metre less of summed variance [1/m].
     sigma
         Instead: standard deviation of the cameras to reach [m].
     budget

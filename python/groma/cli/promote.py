@@ -29,7 +29,7 @@ def promote(
     map_
         Folder of groma map, or a landmark map (.json).
     drives
-        Folders of groma localize, one a day, all in that map.
+        Folders of groma localize, one per day, all in that map.
     output
         Folder for the new map; a new one in results/ when left out.
     days

@@ -7,7 +7,7 @@ interp    between the two neighbours, linear in position and along the shorter a
           `max_gap` apart; outside the trajectory the end pose within `max_dt`; else none.
 
 Source of `nearest`: the evaluator of Kuemmerle et al., "On measuring the accuracy of SLAM algorithms", Autonomous
-Robots 27, 2009; of the odometry a pose within max(max_dt, 1 s) must exist at the time asked for.
+Robots 27, 2009; of the odometry a pose within max(max_dt, 1 s) must exist at the time requested.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _ODOMETRY_REACH = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """Which pose stands for a time."""
+    """Which pose represents a time."""
 
     assoc: Rule = "nearest"
     max_dt: float = 0.1

@@ -31,7 +31,7 @@ from groma.planning.exploration import (
 )
 
 LAMBDAS = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
-"""Metres that one square metre of summed variance is worth, from hasty to thorough."""
+"""Metres of driving traded for one square metre of summed variance, from hasty to thorough."""
 _T = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131)
 """Student's t, 0.975, from 1 degree of freedom on; beyond, 1.96 + 2.5 / dof is right to 0.2 %."""
 

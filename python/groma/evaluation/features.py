@@ -76,7 +76,7 @@ class Repeatability:
 
 @dataclass(frozen=True, slots=True)
 class FeatureEvaluation:
-    """What is told of a detector on one recording."""
+    """The results of a detector on one recording."""
 
     scans: PosedScans
     keypoints: int

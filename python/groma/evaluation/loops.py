@@ -67,7 +67,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True)
 class LoopEvaluation:
-    """What is told of loop closure on one recording."""
+    """The results of loop closure on one recording."""
 
     scans: PosedScans
     found: Recognition
@@ -128,7 +128,7 @@ def evaluate_loops(scans: PosedScans) -> LoopEvaluation:
 
 
 class _Judge:
-    """Answers against the truth."""
+    """Answers against the ground truth."""
 
     def __init__(self, found: Recognition, poses: Array, truth: list[Indices]) -> None:
         self._found, self._poses, self._truth = found, poses, truth

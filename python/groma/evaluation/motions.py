@@ -52,7 +52,7 @@ def try_motions(
     progress: Progress | None = None,
     token: Token | None = None,
 ) -> dict[str, Tried]:
-    """Try out all drives that people use, their middle at a distance before the camera [m]."""
+    """Try out all common trajectories, their middle at a distance before the camera [m]."""
     found = _each(MOTIONS, lambda motion: try_motion(stage, motion, distance, tries, token), progress)
     return dict(zip(MOTIONS, found, strict=True))
 

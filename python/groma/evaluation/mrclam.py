@@ -66,7 +66,7 @@ class Noise:
     along: float = 0.1
     """Standard deviation of the path after one metre [m]; it grows with the root of the way."""
     turn: float = 0.2
-    """Standard deviation of the heading after one radian of turn said, and after one metre of way [rad]."""
+    """Standard deviation of the heading after one radian of turn said, and after one metre of distance [rad]."""
     range: float = 0.5
     """Standard deviation of a range [m]: its errors, of some 0.1 m, last for seconds, and do not average out."""
     bearing: float = 0.03

@@ -1,1 +1,1 @@
-"""File formats, one a file: what ROS users have is read, and what they need is written."""
+"""File formats, one per file: what ROS users have is read, and what they need is written."""

@@ -10,8 +10,8 @@
       - {between: [hall, door], via: [[9, 2], [9, 4]]}
 
 A place is its position in metres, and has a camera unless it says otherwise; a way is straight between its bends.
-`start` is the place where the robot starts, the first one when left out. Names are free. Nothing else may stand in
-the file.
+`start` is the place where the robot starts, the first one when left out. Names are free.
+The file may contain nothing else.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ class Stop(Numbered, frozen=True, kw_only=True, tag="stop"):
     stamp: float
     standing: bool
     burst: Annotated[int, Meta(ge=1, le=100)] = 1
-    """Images that each camera is asked for."""
+    """Images requested of each camera."""
 
 
 class Health(Message, frozen=True, kw_only=True, tag="health"):

@@ -18,7 +18,7 @@ def read_chart(path: Path) -> Chart:
     ----------
     path
         A folder with ``landmarks.json`` and, if there is one, ``map.yaml``; a landmark map (``.json``); a nav2 map
-        (``.yaml``), whose walls alone hold the pose then; or a list of reflectors (``.csv``).
+        (``.yaml``), whose walls alone constrain the pose then; or a list of reflectors (``.csv``).
 
     Raises
     ------

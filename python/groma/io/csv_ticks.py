@@ -4,7 +4,7 @@
     TICKS,stamp,stream,k,name1,count1,..
 
 ENCODER holds for the TICKS of its stream until the next one of that name. ``counts_per_turn`` nan: unknown, the joint
-is given out in ticks. ``modulus`` is the number of values before a counter starts anew (2^32, or the counts of a turn
+is reported in ticks. ``modulus`` is the number of values before a counter starts anew (2^32, or the counts of a turn
 of an absolute encoder), inf where it never does. A joint without ENCODER is unknown and never overflows.
 """
 

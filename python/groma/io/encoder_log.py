@@ -6,7 +6,7 @@
     time: 1668091584.821 ticks: 290 4294859756 model_pose: 0 0 0 tracker_pose: 0.1 -0.2 0.03
 
 The steering encoder is absolute (``max`` counts a turn, read as -pi .. pi), the traction encoder a 32-bit counter of
-``max`` counts a turn of its own shaft. Joints are given out in radians; poses are those of the vehicle by the program
+``max`` counts a turn of its own shaft. Joints are reported in radians; poses are those of the vehicle by the program
 that wrote the log, and of the sensor in the frame of the tracker.
 """
 

@@ -63,7 +63,7 @@ def read_images(path: Path, notes: Notes) -> Iterator[NamedImage]:
 
 
 def count_images(path: Path) -> int | None:
-    """Return how many images there will be, at most; None when it cannot be told before."""
+    """Return how many images there will be, at most; None when it is unknown before."""
     return None if path.suffix.lower() in VIDEOS else len(_names(path))
 
 

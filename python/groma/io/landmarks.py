@@ -1,4 +1,4 @@
-"""The landmark map as JSON; the schema is told in docs/reference/outputs.md.
+"""The landmark map as JSON; the schema is documented in docs/reference/outputs.md.
 
 Positions in metres and orientations in radians, in the frame `map`; covariances in square metres. Every number is the
 shortest text that reads back as the same number, and every landmark is one line.

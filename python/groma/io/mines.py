@@ -3,7 +3,7 @@
     time [us]  -  q1  q2  ..  682 ranges [mm] after 25 columns
 
 A Hokuyo URG-04LX, 360/1024 degrees a beam, ten scans a second; readings below 20 are codes for "nothing" (0) and
-errors. ``q1`` and ``q2`` count the left and right wheel, 2000 to a turn; they are given out in radians. The log does
+errors. ``q1`` and ``q2`` count the left and right wheel, 2000 to a turn; they are reported in radians. The log does
 not say where the laser sits.
 """
 

@@ -93,7 +93,7 @@ def read_network(path: Path) -> tuple[tuple[MappedCamera, ...], Array | None]:
 
 
 def transforms(network: NetworkMap) -> str:
-    """Return each camera as a static transform on the command line of ROS 2, one a line."""
+    """Return each camera as a static transform on the command line of ROS 2, one per line."""
     lines = [
         "ros2 run tf2_ros static_transform_publisher "
         + " ".join(f"--{key} {value:.9g}" for key, value in zip(("x", "y", "z"), camera.pose, strict=False))

@@ -18,7 +18,7 @@ from groma.nouns.findings import Finding
 KEPT = 5
 """Malformed records that are told one by one; the rest is only counted."""
 MOST = 10_000
-"""Malformed records that are told apart over several passes."""
+"""Malformed records that are distinguished over several passes."""
 
 
 @dataclass(slots=True)

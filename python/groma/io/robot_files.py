@@ -2,7 +2,7 @@
 
 Fields are those of `tricycle_controller` and `diff_drive_controller` (their parameter files in ros2_controllers). What
 a controller has no field for stands as a comment that says what to do with it. Controllers take lengths that are
-positive: a wheel that counts backward, or wheels that are swapped, are told in a comment, and lengths have no sign.
+positive: a wheel that counts backward, or wheels that are swapped, are reported in a comment, and lengths have no sign.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def urdf_joint(vehicle: Vehicle, base: str = "base_link", laser: str = "laser") 
 def ros2_control(vehicle: Vehicle) -> str:
     """Return the parameters of the controller as YAML."""
     lines = _differential(vehicle) if vehicle.model == "differential" else _tricycle(vehicle)
-    wiring = [f"# Mend first: {finding.text}. {finding.remedy}" for finding in vehicle.handedness()]
+    wiring = [f"# Fix first: {finding.text}. {finding.remedy}" for finding in vehicle.handedness()]
     return "\n".join([*wiring, *lines]) + "\n"
 
 

@@ -3,7 +3,7 @@
 TUM      one pose a line, ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion; ``#`` comments. In the plane
          z = 0 and q = (0, 0, sin(theta/2), cos(theta/2)). Written with 9 decimals, single and no trailing blanks.
 KITTI    one pose a line, the first three rows of the 4x4 matrix T_map_base, row by row; stamps in a file of their own,
-         one a line. The original data set gives poses of its left camera; ours are those of base_link, and the format
+         one per line. The original data set gives poses of its left camera; ours are those of base_link, and the format
          has no place to say so.
 
 Source: vision.in.tum.de/data/datasets/rgbd-dataset/file_formats, cvlibs.net/datasets/kitti/eval_odometry.php.

@@ -72,7 +72,7 @@ def recording_folder(wanted: Path | None) -> Path:
     Parameters
     ----------
     wanted
-        What the user asked for; None: a new one in `recordings`, named by the time.
+        What the user requested; None: a new one in `recordings`, named by the time.
 
     Raises
     ------

@@ -2,10 +2,10 @@
 
 Senders number their messages 0, 1, ... within a boot. A number may arrive late, twice, or not at all; a sender may end
 and start anew. For each boot the collector keeps the numbers it has and the count that the sender has told (by the
-highest number seen, or by its health). What lies between is missing and is asked for; the answer passes through the
+highest number seen, or by its health). What lies between is missing and is requested; the answer passes through the
 same door, so that an answer may be late or lost as well.
 
-A node that has run for long, or kept the messages of earlier boots, is not asked for its past: of the boot that runs
+A node that has run for long, or kept the messages of earlier boots, need not send its past: of the boot that runs
 when the sender is first heard of, the last `RECALL` messages count, of earlier boots none. Later boots count from 0.
 
 What it does not do: tell that a message was changed on its way; the transport has checksums.
@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from groma.io.camera_protocol import Again, Numbered
 
 REQUEST_MAX = 200
-"""Messages asked for at once."""
+"""Messages requested at once."""
 RECALL = 100
 """Messages from before the first contact that are wanted."""
 

@@ -63,13 +63,13 @@ def lead(leaders: Sequence[Leader], fresh: queue.SimpleQueue[Numbered], end: thr
 
 def told(advice: Advice) -> str:
     """Return advice as a line for the driver."""
-    known = f"{advice.camera}: the worst pixel is known to {pixels(advice.worst)}"
+    known = f"{advice.camera}: worst-pixel error {pixels(advice.worst)}"
     if advice.met:
-        return f"{known}, as wanted: go on"
+        return f"{known}: accurate enough"
     if not advice.looks:
-        return f"{known}, and no drive around here makes it better"
+        return f"{known}: no drive around here improves it"
     way, stops = instruction(advice.start, advice.looks), sum(look.views > 0 for look in advice.looks)
-    return f"{known}; next: {way}, stopping {stops} times on the way ({pixels(advice.expected)} then)"
+    return f"{known}; next: {way}, with {stops} stops ({pixels(advice.expected)} then)"
 
 
 def tell(line: str) -> None:

@@ -1,7 +1,7 @@
 """A camera node: takes images when the robot stands (and at a rate, if wanted), detects, and publishes what it saw.
 
-Images stay at the node; they travel only when one is asked for. Each message is kept in the node's journal before it is
-sent. So whatever is lost on the way, or while nobody listened, or by a crash of the node, can be asked for again.
+Images stay at the node; they travel only when one is requested. Each message is kept in the node's journal before it is
+sent. So whatever is lost on the way, or while nobody listened, or by a crash of the node, can be requested again.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Detect = Callable[[Grey], tuple[tuple[Corners, ...], int]]
 HEALTH_PERIOD = 1.0
 """Time between two signs of life [s]."""
 IMAGES_KEPT = 32
-"""Newest images that can be asked for."""
+"""Newest images that can be requested."""
 CLOCK_SIGMA = 0.01
 """How far a clock kept by NTP may be off [s]."""
 ROBOT = "survey"
@@ -59,7 +59,7 @@ def new_boot() -> str:
 
 @dataclass
 class Node:
-    """One camera on the network; `run` works until it is told to end."""
+    """One camera on the network; `run` works until it is stopped."""
 
     session: zenoh.Session
     site: str

@@ -64,7 +64,7 @@ class Peer:
 
 @dataclass
 class Survey:
-    """Collect a network's messages until it is told to end."""
+    """Collect a network's messages until it is stopped."""
 
     session: zenoh.Session
     site: str

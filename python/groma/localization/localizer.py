@@ -45,15 +45,15 @@ def localizer_defaults() -> LocalizerOptions:
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """What a pose is worth: to slow down or stop the vehicle by."""
+    """The quality of the pose: to slow down or stop the vehicle by."""
 
     status: Status
-    """``tracking``: landmarks or walls hold the pose; ``coasting``: none does at present; ``lost``: it was never known,
+    """``tracking``: landmarks or walls constrain the pose; ``coasting``: none does now; ``lost``: it was never known,
     or evidence says that it is wrong."""
     observed: int
     """Observations of the last scan that could be used."""
     matched: int
-    """Those that were paired with a landmark that holds the pose."""
+    """Those that were paired with a landmark that constrains the pose."""
     matched_share: float
     """Share matched in the last some hundred observations."""
     nis: float
@@ -89,9 +89,9 @@ class Update:
     observation: NDArray[np.int64]
     """(M,) place in the observations."""
     landmark: NDArray[np.int64]
-    """(M,) place in the map, or a number beyond for a landmark found on the way."""
+    """(M,) place in the map, or a number beyond for a landmark found during the drive."""
     holds: NDArray[np.bool_]
-    """(M,) whether the landmark holds the pose; one on trial does not."""
+    """(M,) whether the landmark constrains the pose; one on trial does not."""
     innovation: Array
     """(M, 2) range [m] and bearing [rad], measured less predicted."""
     covariance: Array
@@ -99,7 +99,7 @@ class Update:
     begun: int
     """Landmarks begun,"""
     proven: int
-    """that hold the pose from now on,"""
+    """that constrain the pose from now on,"""
     forgotten: int
     """and forgotten."""
     unusable: int
@@ -132,8 +132,8 @@ class Localizer:
         (it does not estimate them).
     relocalizer
         With it the localizer looks for its place of its own accord while it is lost: at the start without a pose, and
-        when evidence says that the pose is wrong. Where it has a grid, its walls hold the pose while landmarks do so
-        only weakly (modes static and mixed), and speak for and against it.
+        when evidence says that the pose is wrong. Where it has a grid, its walls constrain the pose while landmarks do
+        so only weakly (modes static and mixed), and are evidence for and against it.
     **options
         See :class:`LocalizerOptions`.
 
@@ -194,8 +194,8 @@ class Localizer:
         observations
             What was detected, each at the time of its beam.
         scan
-            The scan itself, which tells what else was in view: without it no landmark found on the way is ever missed,
-            only forgotten with time and way. While the place is searched for, its beams help to find it.
+            The scan itself, which tells what else was in view: without it no landmark found during the drive is ever
+            missed, only forgotten with time and way. While the place is searched for, its beams help to find it.
         """
         o = observations
         beams = None
@@ -207,7 +207,7 @@ class Localizer:
     def relocate(self, pose: Pose, covariance: ArrayLike) -> None:
         """Put the vehicle elsewhere: its pose was found another way.
 
-        Landmarks found on the way are forgotten.
+        Landmarks found during the drive are forgotten.
 
         Raises
         ------
@@ -224,7 +224,7 @@ class Localizer:
 
     @property
     def found(self) -> tuple[int, int]:
-        """Landmarks found on the way that hold the pose, and those on trial."""
+        """Landmarks found during the drive that constrain the pose, and those on trial."""
         return self._core.found()
 
 

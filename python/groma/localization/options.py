@@ -12,12 +12,12 @@ Mode = Literal["static", "dynamic", "mixed", "reflectors", "slam"]
 
 
 class DynamicOptions(TypedDict, total=False):
-    """The life of a landmark found on the way."""
+    """The life of a landmark found during the drive."""
 
     separation: float
     """A corner this far from every landmark begins a new one [m]."""
     hits: int
-    """It holds the pose after so many sightings,"""
+    """It constrains the pose after so many sightings,"""
     trial: int
     """which must be made within so many scans that could see it."""
     refined: int
@@ -31,7 +31,7 @@ class DynamicOptions(TypedDict, total=False):
     time_max: float
     """or time [s]."""
     count_max: int
-    """Landmarks found on the way that are kept, at most."""
+    """Landmarks found during the drive that are kept, at most."""
     anchor_sigma: float
     """In mixed mode they are begun while the standard deviation of the position is below this [m]."""
 
@@ -49,7 +49,7 @@ class LocalizerOptions(TypedDict, total=False):
     """Settings of the localizer."""
 
     mode: Mode
-    """Which landmarks hold the pose: those of the map; found on the way; both; the reflectors of the map; both, all of
+    """Landmarks in use: those of the map; found during the drive; both; the reflectors of the map; both, all of
     them estimated with the pose (EKF-SLAM)."""
     gate: float
     """Share of true pairs that pass the gates, individual and joint."""

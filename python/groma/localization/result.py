@@ -52,7 +52,7 @@ class Localized:
 
     chart: Chart
     stamps: Array
-    """(K,) one a scan [s]."""
+    """(K,) one per scan [s]."""
     poses: Array
     """(K, 3)."""
     covariances: Array
@@ -62,7 +62,7 @@ class Localized:
     observed: NDArray[np.int64]
     """(K,) corners and reflectors of the scan."""
     matched: NDArray[np.int64]
-    """(K,) of these, paired with landmarks that hold the pose."""
+    """(K,) of these, paired with landmarks that constrain the pose."""
     nis: Array
     """(K,) squared innovations."""
     dof: NDArray[np.int64]

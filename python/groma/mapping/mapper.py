@@ -38,7 +38,7 @@ def map_drive(
 ) -> MapResult:
     """Map a drive.
 
-    Ctrl-C, or a cancelled token, ends the work with the map of what was read: the graph as it stands.
+    Ctrl-C, or a cancelled token, ends the work with the map of what was read: the current graph.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Promote what lasts to the static map: marks that drives of several days saw where the map has none.
+"""Promote persistent landmarks: those observed on several days and missing in the static map.
 
 >>> from groma.localization.localizer import reflectors
 >>> from groma.mapping.promotion import promote
@@ -8,7 +8,7 @@
 >>> result.promoted, result.landmarks.positions.tolist()
 (1, [[0.0, 0.0], [4.0, 1.0]])
 
-What is one mark, what lasts and what a mark of several days is worth is decided in the core: docs/theory/mapping.md.
+Association, selection and covariance of landmarks of several days are computed in the core: docs/theory/mapping.md.
 """
 
 from __future__ import annotations

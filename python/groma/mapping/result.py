@@ -55,7 +55,7 @@ class Closure:
     correction_m: float
     """How far the closure moved the prediction [m]."""
     residual_m: float
-    """What is left of it after optimisation [m]."""
+    """Residual of it after optimisation [m]."""
     residual_rad: float
 
 

@@ -66,7 +66,7 @@ def require(bound: str, field: str, value: float) -> None:
 
 
 def require_all(bound: str, field: str, values: ArrayLike, *, or_nan: bool = False) -> None:
-    """Refuse an array with a number outside of a bound; NaN may stand for "unknown" where ``or_nan`` says so.
+    """Refuse an array with a number outside of a bound; NaN may represent "unknown" where ``or_nan`` says so.
 
     Raises
     ------

@@ -100,7 +100,7 @@ class NetworkMap:
     residuals: Mapping[str, tuple[float, int]]
     """Sum of squares in standard deviations and number, of corners, odometry, floor and priors."""
     corner_chi_square: float
-    """Of all corners per degree of freedom: near 1 the stated sigmas are honest; NaN without any."""
+    """Of all corners per degree of freedom: near 1 the stated sigmas are consistent; NaN without any."""
     height_sigma: float
     """Of the height that all cameras share with the target on the robot [m]; 0 where it was taken as given."""
     odometry_error: float

@@ -78,7 +78,7 @@ class Panel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Panels that can be told apart; a frozen value.
+    """Panels that can be distinguished; a frozen value.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What to drive before one camera: the next best drive of a robot with panels, and the drives that people use.
+"""What to drive before one camera: the next best drive of a robot with panels, and common trajectories.
 
 The floor is z = 0, its origin the foot of the camera, x the direction in which it looks, y to the left. The estimators
 are in the core; formulas, sources and what is left out: docs/theory/planning.md.
@@ -24,7 +24,7 @@ from groma.planning.core_calls import call, to_json
 from groma.planning.exploration import Noise
 
 MOTIONS = ("stationary", "one-panel", "three-panels", "rotation", "square", "star")
-"""The drives that people use."""
+"""Common trajectories."""
 
 
 class Search(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"lambda_": "lambda"}):
@@ -37,7 +37,7 @@ class Search(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename={"l
     side: float
     """Farthest to either side [m]."""
     lambda_: float
-    """Metres that one square metre less of variance in the map is worth [1/m]."""
+    """Metres of driving traded for one square metre less of variance in the map [1/m]."""
     drives: int
     """Most drives."""
     noise: Noise
@@ -122,9 +122,9 @@ class CameraPlan(msgspec.Struct, frozen=True):
     """The next best drives."""
 
     stops: tuple[Stop, ...]
-    """The start, then every look on the way."""
+    """The start, then every view on the way."""
     met: bool
-    """Whether the worst pixel is as good as asked."""
+    """Whether the worst pixel is as good as required."""
     before: list[list[float]]
     """(n, n) covariance of the parameters before the first look."""
     after: list[list[float]]
@@ -151,7 +151,7 @@ class CameraPlan(msgspec.Struct, frozen=True):
 
 
 class Judged(msgspec.Struct, frozen=True):
-    """A drive that people use, and what it gives from nominal intrinsics on."""
+    """A common trajectory, and what it gives from nominal intrinsics on."""
 
     motion: str
     shown: Target
@@ -165,7 +165,7 @@ class Judged(msgspec.Struct, frozen=True):
     worst: float
     """Worst standard deviation of a pixel [pixel]."""
     sigmas: tuple[float, ...] | None
-    """Of the parameters from the views alone; None when they leave a direction open."""
+    """Of the parameters from the views alone; None when they do not determine a direction."""
     degenerate: bool
     """Whether a calibration from these views would be refused."""
 
@@ -177,7 +177,7 @@ class Tried(msgspec.Struct, frozen=True):
     """Of every parameter; empty when less than two were calibrated."""
     deviation: tuple[float, ...]
     predicted: tuple[float, ...] | None
-    """Standard deviations that the views promise; None when they leave a direction open."""
+    """Standard deviations that the views promise; None when they do not determine a direction."""
     worst: float | None
     """Worst standard deviation of a pixel over the trials [pixel]; None of less than two."""
     worst_predicted: float | None
@@ -223,7 +223,7 @@ def plan_camera(
     looked: Sequence[tuple[float, float, float]] = (),
     token: _core.Token | None = None,
 ) -> CameraPlan:
-    """Find the drives that make projections as certain as asked, each the best for what it costs.
+    """Find the drives that make projections as certain as required, each the best for what it costs.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def plan_camera(
     seen
         What this camera saw of the panels since.
     looked
-        Poses of the robot from which it did: what it would see from there again tells nothing new.
+        Poses of the robot from which it did: what it would see from there again adds nothing.
     token
         Cancels the work; KeyboardInterrupt tells so.
 
@@ -261,7 +261,7 @@ def plan_camera(
 
 
 def ranked(stage: Stage, distance: float, noise: Noise = DEFAULTS.search.noise) -> tuple[Judged, ...]:
-    """Judge the drives that people use, their middle at a distance before the camera [m]: the best pixel first.
+    """Judge common trajectories, their middle at a distance before the camera [m]: the best pixel first.
 
     Raises
     ------
@@ -279,7 +279,7 @@ def try_motion(
     tries: Tries = DEFAULTS.tries,
     token: _core.Token | None = None,
 ) -> Tried:
-    """Calibrate from drawn corners of a drive that people use, as often as asked, until the token is cancelled.
+    """Calibrate from drawn corners of a common trajectory, as often as requested, until the token is cancelled.
 
     Raises
     ------

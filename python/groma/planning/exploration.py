@@ -59,7 +59,7 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Lambda(msgspec.Struct, frozen=True):
-    """Metres that one square metre less of summed variance is worth [1/m]."""
+    """Metres of driving traded for one square metre less of summed variance [1/m]."""
 
     value: float
 

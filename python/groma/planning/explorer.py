@@ -69,7 +69,7 @@ class Explorer:
     def arrived(self, left: int, place: Place, enters: int, via: Sequence[tuple[float, float]] | None = None) -> None:
         """Tell that the robot left by an exit and came to a place through one of its exits, with bends on the way [m].
 
-        Without bends the way is taken to be as it was before, straight if it is new.
+        Without bends the way is assumed to be as it was before, straight if it is new.
 
         Raises
         ------

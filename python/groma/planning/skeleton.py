@@ -89,7 +89,7 @@ def _traced(thin: Mask) -> list[Line]:
 
 
 def _clusters(knots: set[Cell], around: dict[Cell, list[Cell]]) -> dict[Cell, Cell]:
-    """Return for every cell of a place the one that stands for the place."""
+    """Return for every cell of a place the one that represents the place."""
     place: dict[Cell, Cell] = {}
     for knot in sorted(knots):
         if knot in place:

@@ -62,7 +62,7 @@ def joined(wide: Mask, narrow: Mask, least: float) -> Mask:
     wide, narrow
         The first lies within the second.
     least
-        Number of cells from which on a part is worth joining.
+        Least number of cells of a part that is joined.
     """
     room = np.zeros(wide.shape, np.intp)
     for number, part in enumerate(_parts(wide)):

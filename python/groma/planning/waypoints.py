@@ -1,6 +1,6 @@
 """The walk of an exploration as waypoints: a table for people and a GeoJSON route for nav2's route server.
 
-`waypoints.csv`: one line a stop, the start first: number, place, x, y [m], heading of arrival [rad], distance so far
+`waypoints.csv`: one line per stop, the start first: number, place, x, y [m], heading of arrival [rad], distance so far
 [m], standard deviations of the robot's position (root of the trace) [m] and heading [rad], and of the cameras found so
 far (root mean square) [m], covariance of the robot's position xx, xy, yy [m^2]; all as predicted.
 

@@ -99,7 +99,7 @@ def open_drive(recording: Recording, *, scans: str | None = None, odometry: str 
     Raises
     ------
     UserError
-        When there is no scan stream, or none of the name asked for; the message lists those there are.
+        When there is no scan stream, or none of the name requested; the message lists those there are.
     """
     notes: list[Finding] = []
     scan_name = choose_scans(recording, scans, notes)

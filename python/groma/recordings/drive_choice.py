@@ -1,6 +1,6 @@
 """Which streams of a recording make a drive, and what a bounded look into them tells about frames.
 
-The look reads at most ``LOOK`` messages, and ends as soon as the first scan, the first odometry and the chain of
+The check reads at most ``LOOK`` messages, and ends as soon as the first scan, the first odometry and the chain of
 transforms between their frames have been seen.
 """
 

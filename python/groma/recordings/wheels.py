@@ -78,7 +78,7 @@ class WheelChoice:
     """Names of the joints; empty when they are made from odometry."""
     unit: Unit
     axle: float
-    """Wheel separation by which odometry was made, where it stands for wheels [m]."""
+    """Wheel separation by which odometry was made, where it represents wheels [m]."""
     lateness: float
     """How late readings come, at most [s]."""
     findings: tuple[Finding, ...]
@@ -113,12 +113,12 @@ def read_wheels(
     joints
         Names of the joints in the order of ``JOINTS``; chosen when empty.
     axle
-        Wheel separation by which odometry was made, where it stands for wheels [m].
+        Wheel separation by which odometry was made, where it represents wheels [m].
 
     Raises
     ------
     UserError
-        When there are no wheels in it, or they cannot be told apart; the message lists what there is.
+        When there are no wheels in it, or they cannot be distinguished; the message lists what there is.
     """
     choice, table = _choice(recording, model, stream, joints, axle)
     if choice.kind is Kind.ODOMETRY:

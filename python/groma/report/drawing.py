@@ -24,7 +24,7 @@ from groma.nouns.arrays import Array
 INK, MUTED, LINE = "#1b1b1a", "#6b6a65", "#cfcdc6"
 FINAL, TRACKED, ODOMETRY = "#0072b2", "#e69f00", "#8a8983"
 ACCEPTED, REJECTED, WEAK = "#009e73", "#d55e00", "#aa3377"
-"""Wong, Nature Methods 8, 2011, and Tol's bright: told apart by colour-blind people."""
+"""Wong, Nature Methods 8, 2011, and Tol's bright: distinguished by colour-blind people."""
 
 VARIABLES = {
     INK: "ink",

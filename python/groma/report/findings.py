@@ -11,7 +11,7 @@ from groma.report.page import Html, section, text
 def findings_section(findings: Sequence[Finding]) -> Html:
     """Return the section; without findings it says so."""
     if not findings:
-        return section("Findings", text("p", "None: nothing was left out, nothing assumed, nothing objected to."))
+        return section("Findings", text("p", "None: nothing was skipped or assumed."))
     return section("Findings", Html('<ul class="findings">\n' + "\n".join(map(_item, findings)) + "\n</ul>"))
 
 

@@ -16,7 +16,7 @@ Json = dict[str, object]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What is told of a run besides its figures."""
+    """The results of a run besides its figures."""
 
     kind: str
     verdict: str

@@ -17,8 +17,6 @@ def plain_report(name: str, *parts: Html) -> Callable[[Outcome], str]:
         title = f"groma {name} · {outcome.source}"
         head = f"<header>\n{text('p', title, 'over')}\n{text('h1', outcome.headline or outcome.verdict)}\n</header>"
         settings = details("Settings, versions, input", text("pre", to_toml(outcome.record)))
-        return page(
-            title, [Html(head), findings_section(outcome.findings), *parts, section("What made this", settings)]
-        )
+        return page(title, [Html(head), findings_section(outcome.findings), *parts, section("Settings", settings)])
 
     return report

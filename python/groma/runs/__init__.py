@@ -1,1 +1,1 @@
-"""The life of a run: one folder, its progress, its findings, and what is told of it; every command has one."""
+"""The life of a run: one folder, its progress, its findings, and the results of it; every command has one."""

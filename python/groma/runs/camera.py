@@ -47,7 +47,7 @@ def calibrate_camera_into(run: Run, images: Path, panels: Target, settings: Sett
 
 
 def _look(run: Run, images: Path, panels: Target, gates: Mapping[str, object], name: str) -> Sightings:
-    """Find the target; what is found is kept for the next run, in a folder that was asked for or beside a new one."""
+    """Find the target; what is found is kept for the next run, in a folder that was requested or beside a new one."""
     notes = Notes()
     run.gather(notes.findings)
     cache = DetectionCache(run.place.parent if run.is_new else run.place, panels, gates)

@@ -1,9 +1,9 @@
 """A drive before one camera as files.
 
-`waypoints.csv`: one line a stop, the start first: number of the stop and of the drive that it is on, x, y [m], heading
-[rad] on the floor (origin at the foot of the camera, x where it looks, y to the left; of a mapped camera, in the frame
-of the map), panels seen anew (where none are, the camera need not look), distance so far [m], worst standard deviation
-of a pixel then [pixel], standard deviation of the camera's place that odometry added so far [m].
+`waypoints.csv`: one line per stop, the start first: number of the stop and of the drive that it is on, x, y [m],
+heading [rad] on the floor (origin at the foot of the camera, x where it looks, y to the left; of a mapped camera, in
+the frame of the map), panels seen anew (where none are, the camera need not look), distance so far [m], worst standard
+deviation of a pixel then [pixel], standard deviation of the camera's place that odometry added so far [m].
 
 `plan.json`: the same on the floor before the camera, with its `foot` (x, y, heading in the map, else zeros) and the
 covariances of the camera's parameters before and after.
@@ -26,7 +26,7 @@ VERSION = 1
 
 
 def write_camera_waypoints(path: Path, plan: CameraPlan, foot: Pose = (0.0, 0.0, 0.0)) -> None:
-    """Write the looks of a plan as CSV, in the frame in which the foot of the camera is given."""
+    """Write the views of a plan as CSV, in the frame in which the foot of the camera is given."""
     lines = ["look,drive,x,y,heading,views,distance,worst_pixel,odometry_sigma"]
     for number, stop in enumerate(plan.stops):
         values = (*from_floor(foot, stop.pose), stop.views, stop.length, stop.worst, math.sqrt(stop.variance))

@@ -1,4 +1,4 @@
-"""Put a folder in the place of another in one step: whoever looks sees the old one or the new one, never both in part.
+"""Put a folder in the place of another in one step: a reader sees the old one or the new one, never both in part.
 
 Linux exchanges two names atomically (``renameat2`` with ``RENAME_EXCHANGE``, Linux 3.15, glibc 2.28). Where the system
 or the file system cannot (NFS, some FUSE), a place is a link to a folder beside it, and the link is replaced

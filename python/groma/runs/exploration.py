@@ -68,7 +68,7 @@ def _told(show: Show) -> Callable[[int, int], None]:
 
 
 def _missed(goal: Goal | None, run: Explored, cameras: int) -> list[Finding]:
-    """Return what was asked for and is not reached."""
+    """Return the goals that were not reached."""
     found = []
     if len(run.cameras) < cameras:
         lost = cameras - len(run.cameras)

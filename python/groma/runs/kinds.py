@@ -31,7 +31,7 @@ def check_kind(folder: Path, *kinds: str) -> None:
     folder
         What the user named; may be a file.
     kinds
-        What is wanted, the usual one first.
+        What is required, the usual one first.
 
     Raises
     ------

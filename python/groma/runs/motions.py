@@ -15,7 +15,7 @@ from groma.runs.run import Run
 
 
 def try_motions_into(run: Run, stage: Stage, distance: float, tries: Tries, *, errors: bool) -> None:
-    """Try the drives that people use, also the error study where wanted; finish the run with them."""
+    """Try common trajectories, also the error study where wanted; finish the run with them."""
     with run.stage("drives") as show:
         tried = try_motions(stage, distance, tries, lambda done, total: show(done, total=total), run.token)
     studied: list[Varied] = []

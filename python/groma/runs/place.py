@@ -37,7 +37,7 @@ class Place:
     Parameters
     ----------
     output
-        The folder that the user asked for; None: a new one in `results`, named by the time.
+        The folder that the user requested; None: a new one in `results`, named by the time.
 
     Raises
     ------

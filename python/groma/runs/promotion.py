@@ -1,4 +1,4 @@
-"""The run of a promotion: what lasts joins the map, into the folder of a run that is a map again."""
+"""The run of a promotion: persistent landmarks are added to the map, into the folder of a run that is a map again."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def promote_into(run: Run, chart: Path, drives: Sequence[Path], settings: Mappin
     chart
         Folder of a map, or a landmark map.
     drives
-        Folders of localized drives, one a day.
+        Folders of localized drives, one per day.
     settings
         Those of :func:`groma.mapping.promotion.promotion_defaults`.
 

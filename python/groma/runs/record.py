@@ -35,7 +35,7 @@ def run_record(
     command
         The command line as :func:`shown_command` gives it.
     inputs
-        Files and folders by what they were used for; the first is usually ``input``. None stands for none.
+        Files and folders by what they were used for; the first is usually ``input``. None means none.
     settings
         Every setting by name, tables nested.
     token

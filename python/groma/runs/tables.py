@@ -72,12 +72,12 @@ def _of(module: str, name: str) -> Any:
 
 
 def _given(module: str, function: str) -> Callable[[], Settings]:
-    """Return what a function gives, its module read when it is asked."""
+    """Return what a function gives, its module read on request."""
     return lambda: _of(module, function)()
 
 
 def _built(module: str, kind: str) -> Callable[[], Settings]:
-    """Return the defaults of a struct by name, its module read when they are asked for."""
+    """Return the defaults of a struct by name, its module read when they are requested."""
     return lambda: _plain(_of(module, kind)())
 
 

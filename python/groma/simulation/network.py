@@ -31,7 +31,7 @@ class SceneCamera(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     name: str
     camera: Camera
-    """What is believed of its lens."""
+    """The assumed lens."""
     position: tuple[float, float, float]
     """In the map [m]."""
     heading: float

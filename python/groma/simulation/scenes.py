@@ -121,7 +121,7 @@ class Depot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class InDepot(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A building that is told in more than a word."""
+    """A building that is reported in more than a word."""
 
     depot: Depot
 
@@ -141,7 +141,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     scanner: Scanner
     wheels: WheelErrors
     odometry_every: int
-    """Odometry and joints are given out every so many steps of the drive."""
+    """Odometry and joints are reported every so many steps of the drive."""
     stalls: int
     """How often the odometry stands still while the vehicle moves."""
     stall_duration: float

@@ -1,6 +1,6 @@
 """Simulated recordings for the calibration of a vehicle, with the parameters that are to be found.
 
-The wheels are told what to do and the path is what comes of it, so that the parameters are exactly those of the model
+The wheels are commanded and the path results, so that the parameters are exactly those of the model
 of :mod:`groma.nouns.vehicle`; slip, steering error, range noise and the steps of the encoders are what a recording has
 beside it. All values have their defaults in the Rust core. The same scenario gives the same bytes.
 """

@@ -43,7 +43,7 @@ class CalibrationOptions(TypedDict, total=False):
     folds: int
     """Parts of the motions that are held out in turn; 0 leaves this out."""
     asymmetry_level: float
-    """Level at which an asymmetry of the steering is believed."""
+    """Level at which an asymmetry of the steering is accepted."""
     asymmetry_sigma_max: float
     """An asymmetry less certain than this is not believed whatever its size [rad]."""
     delay_max: float

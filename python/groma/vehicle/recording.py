@@ -32,7 +32,7 @@ Progress = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What a calibration is asked for."""
+    """The settings of a calibration."""
 
     model: Model | Literal["auto"] = "auto"
     wheelbase: float | None = None
@@ -41,7 +41,7 @@ class Request:
     wheels: str | None = None
     joints: tuple[str, ...] = ()
     axle: float = 1.0
-    """Wheel separation by which odometry was made, where it stands for wheels [m]."""
+    """Wheel separation by which odometry was made, where it represents wheels [m]."""
     scans: str | None = None
     poses: str | None = None
     window: float | None = None
@@ -64,7 +64,7 @@ class CalibratedVehicle:
 
     @property
     def half_widths(self) -> dict[str, float]:
-        """Half-widths of the intervals by name; infinite for what the drive leaves open."""
+        """Half-widths of the intervals by name; infinite for undetermined parameters."""
         return dict(zip(self.found.names, self.found.half_widths(CONFIDENCE).tolist(), strict=True))
 
     @property
@@ -83,7 +83,7 @@ def calibrate_vehicle(
     recording
         An open recording.
     request
-        What is wanted.
+        What is required.
     progress
         Called with the number of scans read.
     token
@@ -149,7 +149,7 @@ def more_driving(result: CalibratedVehicle) -> float:
 
 
 def _drive(recording: Recording, request: Request) -> Model:
-    """Return a model with the wheels of the one asked for: a tricycle wherever a joint steers."""
+    """Return a model with the wheels of the one requested: a tricycle wherever a joint steers."""
     if request.model != "auto":
         return request.model
     return "tricycle" if steers(recording, request.wheels, request.joints) else "differential"

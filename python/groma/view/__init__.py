@@ -1,1 +1,1 @@
-"""Viewers, imported only when asked for."""
+"""Viewers, imported only on request."""

@@ -1,4 +1,4 @@
-"""What a calibrated camera says of itself, as findings: what was left out, what was undecided, what is not covered."""
+"""The findings of a calibrated camera: what was left out, what was undecided, what is not covered."""
 
 from __future__ import annotations
 

@@ -42,11 +42,11 @@ def camera_report(name: str, found: CameraCalibration, sightings: Sightings, out
 
 
 def verdict(found: CameraCalibration) -> str:
-    """Return in a sentence how good the calibration is, in pixels, and whether it may be believed."""
+    """Return in a sentence how accurate the calibration is, in pixels, and whether that was checked."""
     worst = projection_sigmas(found.camera, found.covariance)[1]
     good = (
-        f"Projections are known to {pixels(float(np.nanmedian(worst)))} in most of the image and to "
-        f"{pixels(float(np.nanmax(worst)))} at its worst place"
+        f"Projection uncertainty (σ): {pixels(float(np.nanmedian(worst)))} in the median over the image, "
+        f"{pixels(float(np.nanmax(worst)))} at most"
     )
     return f"{good}; {_belief(found)}."
 
@@ -54,13 +54,13 @@ def verdict(found: CameraCalibration) -> str:
 def _belief(found: CameraCalibration) -> str:
     factor = found.honesty.factor
     if factor is None:
-        return "there were too few images to check this by halves"
+        return "there are too few images to check this by split halves"
     if factor > DISHONEST:
         return (
-            f"halves of the images disagree {number(factor, 1)} times more than the residuals claim, "
-            "which is taken into account"
+            f"split halves of the images disagree {number(factor, 1)} times more than the residuals predict, "
+            "which is included"
         )
-    return f"halves of the images agree as the residuals claim (factor {number(factor, 2)})"
+    return f"split halves of the images agree as predicted (factor {number(factor, 2)})"
 
 
 def _facts(found: CameraCalibration) -> Html:
@@ -84,34 +84,34 @@ def _parameters(found: CameraCalibration) -> Html:
         [name, f"{value:.6g}", f"{s:.2g}", f"{c:.2g}", number(z, 1) if np.isfinite(z) and found.honesty.splits else "–"]
         for name, value, s, c, z in zip(*columns, strict=True)
     ]
-    head = ["parameter ", "value", "σ to use", "σ claimed", "halves differ [σ]"]
+    head = ["parameter ", "value", "σ to use", "σ formal", "halves differ [σ]"]
     note = (
-        f"Lens model {found.camera.lens}, images of {found.camera.width} x {found.camera.height}. Parameters trade "
-        "against each other: judge by the map of projections below, not by single sigmas."
+        f"Lens model {found.camera.lens}, images of {found.camera.width} x {found.camera.height}. Parameters are "
+        "correlated: judge by the projection uncertainty below, not by single sigmas."
     )
     return section("The camera", table(head, rows), text("p", note, "note"))
 
 
 def _projection(found: CameraCalibration) -> Html:
     caption = (
-        "Standard deviation of where a far point is seen, in its worst direction, by the covariance to use; a rotation "
-        "of the whole camera is taken out, for its pose is estimated too. Grey dots: corners used. Where there are "
-        "none, the lens is extrapolated."
+        "Standard deviation of the projection of a far point, in its worst direction, by the covariance to use; a "
+        "rotation of the whole camera is removed, because its pose is estimated too. Grey dots: corners used. Where "
+        "there are none, the lens model is extrapolated."
     )
-    return section("How well projections are known", figure(pictures.projection_map(found), caption))
+    return section("Projection uncertainty", figure(pictures.projection_map(found), caption))
 
 
 def _residuals(found: CameraCalibration) -> Html:
     over = (
-        "Corners used and what is left of them, enlarged. Arrows that agree with their neighbours mean a lens that the "
-        "model does not fit, or a bent panel; arrows all over the place are noise."
+        "Corners used with their residuals, enlarged. If neighbouring arrows agree, the lens model does not fit or a "
+        "panel is bent; random arrows are noise."
     )
-    spread = "The curve is a normal distribution of the same spread; tails beyond it are corners that do not belong."
+    spread = "The curve is a normal distribution of the same spread; tails beyond it are outliers."
     keys = [("final", "dot", "corner used"), ("rejected", "line", "residual, enlarged")]
-    each = "Dashed: all views together. A view far above it is blurred, or the panel was bent or moved."
+    each = "Dashed: all views together. In a view far above it the image is blurred, or the panel was bent or moved."
     bars = [("final", "bar", "used"), ("muted", "bar", "held out")]
     return section(
-        "What is left unexplained",
+        "Residuals",
         figure(pictures.coverage(found), over, keys),
         figure(pictures.residuals(found), spread),
         figure(pictures.views(found), each, bars),
@@ -121,34 +121,34 @@ def _residuals(found: CameraCalibration) -> Html:
 def _trust(found: CameraCalibration) -> Html:
     honesty, (names, share) = found.honesty, found.weak
     if honesty.factor is None:
-        told = (
-            "At least six images with the target are needed to compare halves; the claimed covariance stands unchecked."
-        )
+        told = "At least six images with the target are needed to compare halves; the formal covariance is unchecked."
     else:
         told = (
             f"In {count(honesty.splits, 'split')} the images were halved at random and both halves calibrated: their "
-            f"parameters differ {number(honesty.factor, 2)} times as much as claimed, their projections by "
-            f"{pixels(honesty.projection_rms)} (rms over the image). The covariance to use is the claimed one times "
+            f"parameters differ {number(honesty.factor, 2)} times as much as predicted, their projections by "
+            f"{pixels(honesty.projection_rms)} (rms over the image). The covariance to use is the formal one times "
             f"{number(max(1.0, honesty.factor) ** 2, 2)}."
         )
     named, percent = " with ".join(names), number(100 * share, 0)
-    weak = f"Known worst in combination: {named} ({percent} % of the scatter of all parameters)."
+    weak = f"Strongly correlated: {named} ({percent} % of the scatter of all parameters)."
     advice = _advice(found)
-    return section("May it be believed?", text("p", told), text("p", weak), *([text("p", advice)] if advice else []))
+    return section(
+        "Check of the covariance", text("p", told), text("p", weak), *([text("p", advice)] if advice else [])
+    )
 
 
 def _advice(found: CameraCalibration) -> str:
     """Return what would help most, or nothing."""
     hints = []
     if coverage(found) < 0.6:
-        hints.append("let the target be seen all over the image, above all at its corners")
+        hints.append("move the target over the whole image, especially to its corners")
     if np.degrees(found.tilt_spread) < 40:
         hints.append("tilt it more: 20 to 45 degrees in different directions")
     if (found.honesty.factor or 1.0) > 2:
         hints.append(
-            "try a lens model with more parameters (--lens plumb_bob, rational), and see that the panel is flat"
+            "try a lens model with more parameters (--lens plumb_bob, rational), and check that the panel is flat"
         )
-    return f"To make it better: {'; '.join(hints)}." if hints else ""
+    return f"To improve it: {'; '.join(hints)}." if hints else ""
 
 
 def _views(found: CameraCalibration, sightings: Sightings) -> Html:
@@ -182,7 +182,7 @@ def _seen(found: CameraCalibration, sightings: Sightings) -> Html:
     parts = [text("p", " ".join(told))]
     if sightings.empty:
         parts.append(details("Images without the target", text("p", ", ".join(sightings.empty))))
-    return section("What was seen and what was not", *parts)
+    return section("Detections", *parts)
 
 
 def _files(name: str, found: CameraCalibration, run: Mapping[str, object]) -> Html:
@@ -190,10 +190,10 @@ def _files(name: str, found: CameraCalibration, run: Mapping[str, object]) -> Ht
         "report.html": "this page",
         f"{name}.yaml": "intrinsics for ROS (camera_info_manager, image_proc)",
         f"{name}.json": "parameters with the covariance to use; with the yaml, a camera of groma cameras map",
-        "metrics.json": "the figures of this page and more, for scripts",
-        "run.toml": "settings, versions and the hashes of the images: what made these files",
+        "metrics.json": "the metrics of this page and more, for scripts",
+        "run.toml": "settings, versions and the hashes of the images",
     }
     if holds(found.camera):
-        files["camchain.yaml"] = "intrinsics for Kalibr and its kin"
+        files["camchain.yaml"] = "intrinsics for Kalibr and similar tools"
     settings = details("Settings, versions, input", text("pre", to_toml(run)))
     return section("Files and settings", table(["file ", "what for "], files.items()), settings)

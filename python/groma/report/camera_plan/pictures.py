@@ -22,7 +22,7 @@ _TALLEST = 5.5
 
 @drawn("The drive before the camera, from above")
 def the_drive(stage: Stage, plan: CameraPlan, search: Search) -> Figure:
-    """Draw the camera, what it sees of the floor's area, and the looks with the headings of the robot."""
+    """Draw the camera, what it sees of the floor's area, and the views with the headings of the robot."""
     far, side = search.depth[1] + 0.3, search.side + 0.3
     scale = min((WIDTH - _LEFT - 0.1) / (far + 0.4), _TALLEST / (2 * side))
     figure = sheet(2 * side * scale + _BOTTOM + 0.15)
@@ -58,7 +58,7 @@ def _draw_camera(ax: Axes, stage: Stage, far: float) -> None:
 
 @drawn("Worst pixel against what the wheels drive, and where other drives end")
 def the_gain(plan: CameraPlan, ranking: Sequence[Judged], target: float) -> Figure:
-    """Draw the worst pixel along the plan, the target, and the ends of the drives that people use."""
+    """Draw the worst pixel along the plan, the target, and the ends of common trajectories."""
     figure = sheet(3.4)
     ax = axes(figure, 0.65, _BOTTOM, WIDTH - 0.75, 2.8)
     effort = [stop.effort for stop in plan.stops]

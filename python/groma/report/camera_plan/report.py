@@ -18,35 +18,33 @@ from groma.report.words import count, length, number, pixels, short
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 _FILES = {
     "report.html": "this page",
-    "waypoints.csv": "the looks, one a line, with what is known then",
+    "waypoints.csv": "the views, one per line, with the predicted accuracy",
     "plan.json": "the same, with the covariances of the parameters before and after",
-    "metrics.json": "the figures of this page and more, for scripts",
+    "metrics.json": "the metrics of this page and more, for scripts",
     "run.toml": "settings, versions and the input's hash",
 }
 _LEAST_TURN = math.radians(0.5)
 _LEAST_WAY = 1e-3
-"""What is told of a drive at least [rad, m]."""
+"""Shorter turns and lines are not listed [rad, m]."""
 
 
 def plan_verdict(plan: CameraPlan, search: Search) -> str:
     """Return one sentence: what to drive, and what it gives."""
     end = plan.end
     if len(plan.stops) == 1 and plan.met:
-        return f"Nothing to drive: the worst pixel is known to {pixels(end.worst)} where the robot stands."
+        return f"Nothing to drive: the worst-pixel error is already {pixels(end.worst)} (1 σ)."
     if not any(stop.views for stop in plan.stops):
         return (
-            "The camera reads none of the panels on this floor: their tags are too small in the image (less than "
-            "8\N{NO-BREAK SPACE}px), turned away by more than 75°, or beside it."
+            "The camera detects none of the panels on this floor: their tags are too small in the image (less than "
+            "8\N{NO-BREAK SPACE}px), turned away by more than 75°, or out of view."
         )
     driven = length(end.length) if end.length > _LEAST_WAY else "Turning on the spot"
-    way = f"{driven} with {count(plan.looks, 'look')}"
+    way = f"{driven} with {count(plan.looks, 'view')}"
     from_, to = pixels(plan.worst_before), pixels(end.worst)
     if plan.met:
-        return f"{way} will bring the worst pixel from {from_} to {to}."
-    why = (
-        f"{search.drives} drives are all" if end.leg + 1 >= search.drives else "no drive on this floor makes it better"
-    )
-    return f"{way} will bring the worst pixel from {from_} to {to}, not to {pixels(search.target)}: {why}."
+        return f"{way} lowers the worst-pixel error from {from_} to {to}."
+    why = f"at most {search.drives} drives" if end.leg + 1 >= search.drives else "no drive on this floor improves it"
+    return f"{way} lowers the worst-pixel error from {from_} to {to}, not to {pixels(search.target)}: {why}."
 
 
 def camera_plan_report(
@@ -55,16 +53,16 @@ def camera_plan_report(
     """Return the page."""
     over = text("p", "groma plan camera", "over")
     header = Html(f"<header>{over}{text('h1', outcome.headline)}</header>")
-    drive = [("final", "line", "the drive, a dot a look"), ("muted", "line", "ahead of the robot")]
+    drive = [("final", "line", "the drive, a dot per view"), ("muted", "line", "ahead of the robot")]
     drive += [
         ("rejected", "bar", "foot of the camera"),
         ("line", "line", "sides of its view; dashed: the floor allowed"),
     ]
-    gain = [("final", "line", "this drive"), ("accepted", "dash", "wanted"), ("ink", "dot", "drives that people use")]
-    gain += [("rejected", "cross", "of these, those that a calibration would refuse")]
+    gain = [("final", "line", "this drive"), ("accepted", "dash", "required"), ("ink", "dot", "common trajectories")]
+    gain += [("rejected", "cross", "common, rejected by a calibration")]
     over_image = (
-        "Standard deviation of where a far point is seen, in its worst direction; a rotation of the whole camera is "
-        "taken out."
+        "Standard deviation of the projection of a far point, in its worst direction; a rotation of the whole camera "
+        "is removed."
     )
     parts = [
         header,
@@ -76,7 +74,7 @@ def camera_plan_report(
             "What it gives", figure(the_gain(plan, ranking, search.target), "Lower and further left is better.", gain)
         ),
         figure(before_and_after(stage.camera, plan), over_image),
-        section("The drives that people use, before this camera", _ranking(stage, ranking)),
+        section("Common trajectories for this camera", _ranking(stage, ranking)),
         section(
             "Files and settings",
             table(["file ", "what for "], _FILES.items()),
@@ -95,7 +93,7 @@ def instruction(before: Stop, after: Sequence[Stop]) -> str:
     before
         Where the robot stands.
     after
-        The looks on the drive.
+        The views on the drive.
     """
     poses = [before.pose, *(stop.pose for stop in after)]
     words: list[str] = []
@@ -131,9 +129,9 @@ def _facts(plan: CameraPlan) -> list[tuple[str, str]]:
         ("worst pixel before", pixels(plan.worst_before)),
         ("worst pixel after", pixels(end.worst)),
         ("distance", length(end.length)),
-        ("at the wheels, with turns", length(end.effort)),
-        ("looks", str(plan.looks)),
-        ("odometry adds to the camera's place", length(math.sqrt(end.variance))),
+        ("distance of the wheels, with turns", length(end.effort)),
+        ("views", str(plan.looks)),
+        ("odometry error added to the camera's position", length(math.sqrt(end.variance))),
     ]
 
 
@@ -159,7 +157,7 @@ def _legs(plan: CameraPlan) -> Html:
         ]
         for k, (before, after) in enumerate(legs(plan))
     ]
-    return table(["no.", "drive ", "to x, y [m]", "heading [°]", "looks", "worst pixel [px]"], rows)
+    return table(["no.", "drive ", "to x, y [m]", "heading [°]", "views", "worst pixel [px]"], rows)
 
 
 def _ranking(stage: Stage, ranking: Sequence[Judged]) -> Html:
@@ -173,7 +171,7 @@ def _ranking(stage: Stage, ranking: Sequence[Judged]) -> Html:
             number(judged.effort, 1),
             number(1000 * math.sqrt(judged.variance), 0),
             str(judged.views),
-            "a calibration would be refused" if judged.degenerate else "",
+            "a calibration would be rejected" if judged.degenerate else "",
         ]
         for judged in ranking
     ]
@@ -182,12 +180,12 @@ def _ranking(stage: Stage, ranking: Sequence[Judged]) -> Html:
         "worst pixel [px]",
         "σ fx [%]",
         "distance [m]",
-        "at the wheels [m]",
+        "wheels [m]",
         "odometry [mm]",
         "panels",
         "note ",
     ]
     note = (
-        "With the panels given (stationary and one-panel show one), from nominal intrinsics on; σ fx by the views only."
+        "With the given panels (stationary and one-panel use one), from nominal intrinsics; σ fx from the views only."
     )
     return Html(table(head, rows) + text("p", note, "note"))

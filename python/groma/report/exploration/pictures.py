@@ -1,4 +1,4 @@
-"""Pictures of an exploration: the walk, what is known as it goes on, and what strategies trade."""
+"""Pictures of an exploration: the walk, what is known as it goes on, and the trade-off of strategies."""
 
 from __future__ import annotations
 

@@ -23,22 +23,24 @@ from groma.report.words import count, length, number
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 _PLAN_FILES = {
     "report.html": "this page",
-    "waypoints.csv": "the walk, stop by stop, with the standard deviations predicted there",
-    "route.geojson": "the ways driven, for the route server of nav2",
-    "graph.yaml": "the building, in the format that this command reads",
-    "metrics.json": "the figures of this page and more, for scripts",
+    "waypoints.csv": "the route, stop by stop, with the predicted standard deviations",
+    "route.geojson": "the edges driven, for the route server of nav2",
+    "graph.yaml": "the building, in the input format of this command",
+    "metrics.json": "the metrics of this page and more, for scripts",
     "run.toml": "settings, versions and the input's hash",
 }
 
 
 def verdict(graph: Graph, run: Run, tried: Tried | None) -> str:
-    """Return one sentence: how far, how accurate, and whether drawn noise agrees."""
+    """Return one sentence: distance, accuracy, and whether simulated noise agrees."""
     found = len(run.cameras)
     missing = sum(node.camera for node in graph.nodes) - found
-    text_ = f"{run.length:.0f} m find {count(found, 'camera')} and place them to {length(run.sigma)}"
-    text_ += f"; {count(missing, 'camera')} cannot be found" if missing else ""
+    every = "the" if found == 1 and not missing else "all" if not missing else ""
+    cameras = f"{every} {count(found, 'camera')}".strip()
+    text_ = f"A {run.length:.0f} m drive locates {cameras} to {length(run.sigma)} (1 σ)"
+    text_ += f"; {count(missing, 'camera')} cannot be reached" if missing else ""
     if tried:
-        text_ += f"; {tried.runs} drives with drawn noise gave {length(tried.map.sigma)}"
+        text_ += f"; {tried.runs} drives with simulated noise gave {length(tried.map.sigma)}"
     return text_ + "."
 
 
@@ -51,16 +53,18 @@ def plan_report(
     grid: OccupancyGrid | None = None,
 ) -> str:
     """Return the page on one plan."""
-    keys = [("line", "line", "a way"), ("final", "bar", "driven, wider where more often")]
+    keys = [("line", "line", "edge"), ("final", "bar", "driven, wider if more often")]
     keys += [("rejected", "ring", "a camera's position, 2σ"), ("accepted", "dot", "where the robot ends")]
     progress = [("final", "line", "cameras found so far, root mean square"), ("odometry", "line", "the robot")]
     parts = [
         Html("<header>" + text("p", "groma plan exploration", "over") + text("h1", outcome.headline) + "</header>"),
         facts(_facts(run, tried)),
         findings_section(outcome.findings),
-        figure(the_walk(graph, run, grid), "The walk, and what it leaves uncertain.", keys),
+        figure(the_walk(graph, run, grid), "The route and the final uncertainty.", keys),
         figure(
-            the_progress(run), "The dashed line: all cameras are found; what follows lowers the uncertainty.", progress
+            the_progress(run),
+            "Dashed line: all cameras are found; the rest of the drive lowers the uncertainty.",
+            progress,
         ),
     ]
     if gif:
@@ -153,7 +157,7 @@ def _facts(run: Run, tried: Tried | None) -> list[tuple[str, str]]:
         ("largest σ of the robot", length(max(math.sqrt(max(s.robot[0] + s.robot[2], 0.0)) for s in run.stops))),
     ]
     if tried:
-        tries = (("with drawn noise", tried.map), ("the same, filter alone", tried.filter))
+        tries = (("with simulated noise", tried.map), ("the same, filter alone", tried.filter))
         pairs += [(name, f"{length(e.sigma)}, NEES/dof {number(e.nees, 2)}") for name, e in tries]
     return pairs
 

@@ -1,6 +1,7 @@
 """What localizing a drive amounts to, in numbers: the content of metrics.json, and what the verdict is based on.
 
-nis_per_dof     sum of the squared innovations over the sum of their degrees of freedom: near 1 the filter is honest,
+nis_per_dof     sum of the squared innovations over the sum of their degrees of freedom: near 1 the filter is
+consistent,
                 well above 1 it is too sure of itself or the map is wrong, below 1 it is cautious
 nis_inside_95   share of the scans whose squared innovations lie in the middle 95 % of a chi-square
 matched_share   paired observations over all observations

@@ -52,7 +52,7 @@ def along_the_drive(result: Localized) -> Figure:
     panels = [
         ("Standard deviation of the position [mm]", 1000 * result.sigma_position[known], FINAL),
         ("Standard deviation of the heading [degrees]", np.degrees(result.sigma_heading[known]), FINAL),
-        ("Landmarks that held the pose, a scan", result.matched.astype(np.float64), ACCEPTED),
+        ("Landmarks that constrained the pose, a scan", result.matched.astype(np.float64), ACCEPTED),
         (f"Squared innovations per degree of freedom, {WINDOW} scans", consistency(result), TRACKED),
     ]
     height = 1.0

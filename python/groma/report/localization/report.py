@@ -22,13 +22,13 @@ AT_ONCE = 0.1
 
 FILES = {
     "report.html": "this page",
-    "trajectory.tum": "the drive: stamp x y z qx qy qz qw in the frame of the map; evo reads it",
+    "trajectory.tum": "the trajectory: stamp x y z qx qy qz qw in the frame of the map (TUM format, evo)",
     "covariance.txt": "of every pose: stamp, then xx xy xt yy yt tt of its body-frame perturbation",
     "quality.csv": "of every scan: status, landmarks, squared innovations, standard deviations",
-    "stops.csv": "every halt with its pose",
-    "landmarks.json": "what was seen on this drive, in the frame of the map: for groma promote",
-    "metrics.json": "the figures of this page and more, for scripts",
-    "run.toml": "settings, versions and the inputs' hashes: what made these files",
+    "stops.csv": "every stop with its pose",
+    "landmarks.json": "landmarks observed on this drive, in the frame of the map: for groma promote",
+    "metrics.json": "the metrics of this page and more, for scripts",
+    "run.toml": "settings, versions and the inputs' hashes",
 }
 
 
@@ -62,17 +62,17 @@ def localization_report(result: Localized, outcome: Outcome) -> str:
 
 
 def localization_verdict(result: Localized) -> str:
-    """Return one sentence: was the pose known, how well, how often was it lost."""
+    """Return one sentence: whether the pose was known, its accuracy, how often it was lost."""
     after = result.found_after
     if after is None:
-        return "The vehicle was never found: no place of the map fits what it saw"
+        return "The vehicle was never localized: no place of the map fits its scans"
     known = result.status != "lost"
     sigma = length(float(np.median(result.sigma_position[known])))
     found = "" if after == 0 else "found at once, " if after < AT_ONCE else f"found after {length(after)}, "
     lost = int(result.counts.get("times_lost", 0))
     losses = f"it was lost {count(lost, 'time')}" if lost else "it was never lost"
     share = 100 * float(np.mean(known))
-    held = "all the way" if share > 99.95 else f"for {number(share, 1)}\N{NO-BREAK SPACE}% of the scans"
+    held = "for all scans" if share > 99.95 else f"for {number(share, 1)}\N{NO-BREAK SPACE}% of the scans"
     return f"The pose was {found}known {held} to {sigma} (σ, median), and {losses}"
 
 
@@ -86,9 +86,9 @@ def _key_facts(result: Localized) -> Html:
             ("in", duration(float(result.stamps[-1] - result.stamps[0]))),
             ("σ of position, median", length(float(np.median(sigma))) if len(sigma) else "–"),
             ("σ of position, largest", length(float(sigma.max())) if len(sigma) else "–"),
-            ("landmarks a scan", number(float(np.mean(result.matched)), 1)),
+            ("landmarks per scan", number(float(np.mean(result.matched)), 1)),
             ("landmarks used", f"{np.count_nonzero(result.used)} of {len(result.used)}"),
-            ("innovations², per freedom", _plain(figures["nis_per_dof"], 2)),
+            ("NIS per degree of freedom", _plain(figures["nis_per_dof"], 2)),
             ("halts", f"{len(result.halts)}"),
         ]
     )
@@ -96,15 +96,15 @@ def _key_facts(result: Localized) -> Html:
 
 def _map(result: Localized) -> Html:
     caption = (
-        "The drive on the map. Landmarks that held the pose are coloured; grey ones were never paired: they are gone, "
-        "hidden, or were not passed."
+        "The trajectory on the map. Landmarks in use are coloured; grey ones were never paired: they were removed, "
+        "occluded or out of view."
     )
     keys = [
         ("final", "line", "the drive"),
         ("accepted", "dot", "corner, paired"),
         ("tracked", "dot", "reflector, paired"),
         ("muted", "dot", "never paired"),
-        ("weak", "bar", "weakly held"),
+        ("weak", "bar", "weakly constrained"),
         ("rejected", "ring", "halt"),
         ("ink", "ring", "start"),
         ("ink", "square", "end"),
@@ -114,32 +114,32 @@ def _map(result: Localized) -> Html:
 
 def _along(result: Localized) -> Html:
     caption = (
-        "The standard deviations are what the filter says of itself; the innovations below tell whether to believe it: "
-        "on the dashed line it is honest, well above it is too sure of itself or the place has changed."
+        "Standard deviations reported by the filter. The innovations below check them: on the dashed line the filter "
+        "is consistent, well above it is overconfident or the place has changed."
     )
-    keys = [("weak", "band", "weakly held")]
+    keys = [("weak", "band", "weakly constrained")]
     return section("Along the drive", figure(pictures.along_the_drive(result), caption, keys))
 
 
 def _honesty(result: Localized) -> Html:
     if not (result.dof > 0).any():
-        return section("Are the uncertainties honest?", text("p", "No landmark was paired: nothing tells."))
+        return section("Consistency of the covariances", text("p", "Unknown: no landmark was paired."))
     figures = localization_figures(result)
     note = (
-        f"Squared innovations per degree of freedom are {_plain(figures['nis_per_dof'], 2)} in the mean, and "
+        f"The mean NIS per degree of freedom is {_plain(figures['nis_per_dof'], 2)}, and "
         f"{number(100 * float(str(figures['nis_inside_95'])), 0)}\N{NO-BREAK SPACE}% of the scans lie in "
-        "the middle 95 % of a chi-square; a cautious filter has more below it, one too sure more above."
+        "the middle 95 % of a chi-square; a conservative filter has more below it, an overconfident one more above."
     )
     caption = (
-        "If all is as the filter assumes, every bar reaches the dashed line. A hill on the left: cautious; a wall on "
-        "the right: scans that do not fit the map."
+        "If the assumptions of the filter are correct, every bar reaches the dashed line. Larger bars on the left: "
+        "conservative; on the right: scans that do not fit the map."
     )
-    return section("Are the uncertainties honest?", text("p", note), figure(pictures.innovations(result), caption))
+    return section("Consistency of the covariances", text("p", note), figure(pictures.innovations(result), caption))
 
 
 def _halts(result: Localized) -> Html:
     if not result.halts:
-        return section("Halts", text("p", "The vehicle never stood for a second."))
+        return section("Halts", text("p", "None: the vehicle never stopped for a second."))
     start = float(result.stamps[0])
     rows = [
         [
@@ -154,8 +154,8 @@ def _halts(result: Localized) -> Html:
         for k, halt in enumerate(result.halts[:ROWS], 1)
     ]
     note = (
-        "Scatter is how far the pose wandered while the vehicle stood (root mean square): the noise of a halt, not its "
-        "error against the place that was meant."
+        "Scatter is the root mean square variation of the pose during a stop: the noise of the stop, not its "
+        "distance from the intended place."
     )
     head = ["no.", "when", "x, y [m]", "heading", "σ", "scatter", "landmarks"]
     return section("Halts", text("p", note), table(head, rows))
@@ -163,7 +163,7 @@ def _halts(result: Localized) -> Html:
 
 def _weak(result: Localized) -> Html:
     if not result.weak:
-        return section("Where it is weak", text("p", "Nowhere: landmarks held every pose, and agreed."))
+        return section("Weak stretches", text("p", "None: landmarks constrained every pose, and agreed."))
     start = float(result.stamps[0])
     worst = sorted(result.weak, key=lambda spot: -(spot.to_stamp - spot.from_stamp))
     rows = [
@@ -175,7 +175,7 @@ def _weak(result: Localized) -> Html:
         ]
         for spot in worst[:ROWS]
     ]
-    return section("Where it is weak", table(["when", "at ", "σ", "why "], rows))
+    return section("Weak stretches", table(["when", "at ", "σ", "why "], rows))
 
 
 def _files(run: Mapping[str, object]) -> Html:

@@ -1,9 +1,9 @@
 """What a map result amounts to, in numbers: the content of metrics.json, and what the verdict is based on.
 
 drift                 || p_tracked(t) - p_final(t) ||: what loop closure took away; the same for the odometry alone
-residual              what is left of a closure after optimisation
+residual              residual of a closure after optimisation
 chi_square_per_dof    of an edge: squared Mahalanobis residual / 3, in the mean over the edges of a kind; of the graph:
-                      sum over all edges / (3 (edges - nodes + 1)). Near 1 the stated uncertainties are honest, far
+                      sum over all edges / (3 (edges - nodes + 1)). Near 1 the stated uncertainties are consistent, far
                       above 1 they are too small, far below too large.
 sigma                 of a node relative to the first: root of the largest eigenvalue of the position block, and of the
                       heading variance

@@ -81,7 +81,7 @@ def along_the_drive(result: MapResult) -> Figure:
 
 @drawn("Loop closures: correction and residual")
 def closures(result: MapResult) -> Figure:
-    """Draw what every closure moved and what is left of it."""
+    """Draw what every closure moved and residual of it."""
     sheet = drawing.sheet(3.1)
     ax = drawing.axes(sheet, LEFT + 0.1, BOTTOM, WIDTH - LEFT - 0.1 - RIGHT, 2.5)
     styles = [(rejected(result), REJECTED, "x"), (accepted(result), ACCEPTED, "o")]

@@ -24,12 +24,12 @@ ROWS = 15
 
 FILES = {
     "report.html": "this page",
-    "trajectory.tum": "the drive: stamp x y z qx qy qz qw in the frame of the map; evo reads it",
-    "map.yaml, map.pgm": "the occupancy map for nav2 and its kin",
+    "trajectory.tum": "the trajectory: stamp x y z qx qy qz qw in the frame of the map (TUM format, evo)",
+    "map.yaml, map.pgm": "the occupancy map for nav2 and others",
     "landmarks.json": "corners with covariances, to localize on",
     "graph.g2o": "the pose graph: nodes, edges, information",
-    "metrics.json": "the figures of this page and more, for scripts",
-    "run.toml": "settings, versions and the input's hash: what made these files",
+    "metrics.json": "the metrics of this page and more, for scripts",
+    "run.toml": "settings, versions and the input's hash",
 }
 
 
@@ -81,29 +81,29 @@ def _key_facts(result: MapResult) -> Html:
 
 def _map(result: MapResult) -> Html:
     caption = (
-        f"Walls drawn, floor that was seen plain, the unseen shaded; cells of {length(result.grid.resolution)}. "
+        f"Black: walls. White: observed floor. Grey: never observed. Cells of {length(result.grid.resolution)}. "
         "Doubled walls mean a loop that was not closed or closed wrongly. "
-        "Bars show along which direction the map is weakly held there; their numbers are those of the table below."
+        "Bars mark weak stretches, along the weakly constrained direction; their numbers are those of the table below."
     )
     keys = [
         ("final", "line", "the drive"),
         ("ink", "ring", "start"),
         ("ink", "square", "end"),
         ("accepted", "line", "loop closure"),
-        ("weak", "bar", "weakly held"),
+        ("weak", "bar", "weakly constrained"),
     ]
     return section("The map", figure(pictures.the_map(result), caption, keys))
 
 
 def _before_and_after(result: MapResult) -> Html:
     caption = (
-        "All start at the same pose. Where the final drive leaves the tracked one, loop closure has moved the map; a "
-        "tracked drive that stays close to the final one needed little help."
+        "All start at the same pose. The difference between the tracked and the final trajectory is the correction by "
+        "loop closure."
     )
     keys = [("tracked", "line", "tracked, before loop closure"), ("final", "line", "final")]
     if np.isfinite(result.odometry).any():
         keys.insert(0, ("odometry", "dash", "odometry alone"))
-    return section("The drive before and after", figure(pictures.before_and_after(result), caption, keys))
+    return section("Trajectory before and after", figure(pictures.before_and_after(result), caption, keys))
 
 
 def _drift(result: MapResult) -> Html:
@@ -111,21 +111,18 @@ def _drift(result: MapResult) -> Html:
         "Drift that grows evenly is noise; a step is a slip, a jump of the odometry or a wrong match. "
         "The standard deviation is relative to the start: it grows away from it and shrinks where loops close."
     )
-    keys = [("accepted", "tick", "a loop was closed"), ("weak", "band", "weakly held")]
+    keys = [("accepted", "tick", "a loop was closed"), ("weak", "band", "weakly constrained")]
     return section("Drift and uncertainty along the drive", figure(pictures.along_the_drive(result), caption, keys))
 
 
 def _closures(result: MapResult) -> Html:
     if not result.closures:
-        note = (
-            "No loop closure was found worth verifying: the drive never came back to a place, or did not recognise it."
-        )
+        note = "No candidate for a loop closure: the drive never returned to a place, or the place was not recognised."
         return section("Loop closures", text("p", note))
     good, bad = accepted(result), rejected(result)
     caption = (
-        "Each closure by how far it moved the prediction and how much of that is left. Far below the dashed line: the "
-        "map took it in. On the line: the map could not follow, which for an accepted one means a strained map. "
-        "Smaller than 1 mm is drawn as 1 mm."
+        "Correction and residual of each closure. Far below the dashed line: the map agrees with it. On the line: it "
+        "does not, which for an accepted closure means a strained map. Values below 1 mm are drawn as 1 mm."
     )
     keys = [("accepted", "dot", f"accepted ({len(good)})"), ("rejected", "cross", f"rejected ({len(bad)})")]
     parts = [figure(pictures.closures(result), caption, keys)]
@@ -144,7 +141,7 @@ def _reasons(bad: list[Closure]) -> Html:
 def _closure_table(result: MapResult, group: list[Closure], title: str) -> Html:
     start = float(result.trajectory_stamps[0])
     why = ["why "] if title == "Rejected" else []
-    head = ["from", "to", "at ", "overlap", "moved by", "left", "left", *why]
+    head = ["from", "to", "at ", "overlap", "correction", "residual", "residual", *why]
     rows = [
         [
             duration(c.from_stamp - start),
@@ -165,7 +162,7 @@ def _closure_table(result: MapResult, group: list[Closure], title: str) -> Html:
 
 def _weak(result: MapResult) -> Html:
     if not result.weak:
-        return section("Where it is weak", text("p", "Nowhere: every registration was held in all directions."))
+        return section("Weak stretches", text("p", "None: every registration was constrained in all directions."))
     start = float(result.trajectory_stamps[0])
     spots = pictures.worst_first(result.weak)
     rows = [
@@ -180,13 +177,11 @@ def _weak(result: MapResult) -> Html:
         for row, spot in enumerate(spots[:ROWS], 1)
     ]
     note = (
-        "Stretches where the scans leave a direction open; σ is the standard deviation of one registration along it, "
-        "the direction counts from the x axis of the map."
+        "Stretches where the scans do not constrain a direction; σ is the standard deviation of one registration along "
+        "it, the direction is relative to the x axis of the map."
     )
     more = [text("p", f"The {ROWS} worst are shown; all are marked in the map.", "note")] if len(spots) > ROWS else []
-    return section(
-        "Where it is weak", text("p", note), table(["no.", "when", "at ", "σ", "along", "why "], rows), *more
-    )
+    return section("Weak stretches", text("p", note), table(["no.", "when", "at ", "σ", "along", "why "], rows), *more)
 
 
 def _uncertainty(result: MapResult) -> Html:
@@ -197,13 +192,13 @@ def _uncertainty(result: MapResult) -> Html:
         for values in [chi[kinds == kind]]
     ]
     note = (
-        "How well the edges of the pose graph agree with the final poses, in units of their own uncertainty: in the "
-        "mean 1 or less when the uncertainties are honest, well above 1 when they are too small."
+        "Squared residuals of the edges of the pose graph, divided by their covariance: the mean is 1 or less if the "
+        "covariances are consistent, well above 1 if they are too small."
     )
     if any(strain(closure) > 1 for closure in accepted(result)):
         note += " Some closures are violated: see their table."
     head = ["edge ", "number", "mean χ²/3", "worst χ²/3"]
-    return section("Are the uncertainties honest?", text("p", note), table(head, rows))
+    return section("Consistency of the covariances", text("p", note), table(head, rows))
 
 
 def _counts(result: MapResult) -> Html:

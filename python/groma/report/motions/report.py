@@ -25,11 +25,11 @@ def motions_verdict(tried: Mapping[str, Tried], runs: int) -> str:
     """Return one sentence: which drive is best, which are refused."""
     good = by_pixels(tried)
     if not good:
-        return f"None of the drives calibrates this camera: all are refused in {count(runs, 'trial')}."
+        return f"None of the trajectories calibrates this camera: all are rejected in {count(runs, 'trial')}."
     refused = [motion for motion, found in tried.items() if found.refused == runs]
     best, worst = good[0], tried[good[0]].worst
-    line = f"The drive {best} knows the worst pixel best, to {pixels(worst or math.nan)}"
-    return f"{line}; {' and '.join(refused)} are refused." if refused else f"{line}."
+    line = f"The {best} trajectory gives the lowest worst-pixel error, {pixels(worst or math.nan)}"
+    return f"{line}; {' and '.join(refused)} are rejected." if refused else f"{line}."
 
 
 def by_pixels(tried: Mapping[str, Tried]) -> list[str]:
@@ -46,7 +46,7 @@ def motions_report(
     parts = [
         Html(f"<header>{over}{text('h1', outcome.headline)}</header>"),
         findings_section(outcome.findings),
-        section("What calibrations scatter", _deviations(camera, tried), text("p", _note(runs), "note")),
+        section("Scatter of calibrations", _deviations(camera, tried), text("p", _note(runs), "note")),
         section("By the worst pixel", _ranking(tried)),
         *([_study(studied)] if studied else []),
         section("Settings", details("Settings and versions", text("pre", to_toml(outcome.record)))),
@@ -66,9 +66,9 @@ def shares(camera: Camera, tried: Tried, values: Sequence[float] | None) -> dict
 def _note(runs: int) -> str:
     low, high = rms_band(max(runs - 1, 1))
     return (
-        f"Standard deviation as percent of the mean over {count(runs, 'trial')}, in brackets what the views promise. "
-        f"That is repeatability, not accuracy. So many trials tell a deviation only to {number(low, 2)} .. "
-        f"{number(high, 2)} of itself (95 %)."
+        f"Standard deviation as percent of the mean over {count(runs, 'trial')}, in brackets as predicted from the "
+        f"views. This is repeatability, not accuracy. The trials determine a standard deviation to {number(low, 2)} .. "
+        f"{number(high, 2)} of its value (95 %)."
     )
 
 
@@ -97,14 +97,14 @@ def _ranking(tried: Mapping[str, Tried]) -> Html:
         ]
         for motion in [*good, *(motion for motion in tried if motion not in good)]
     ]
-    return table(["drive ", "worst pixel [px]", "promised [px]", "panels", "why refused "], rows)
+    return table(["trajectory ", "worst pixel [px]", "predicted [px]", "panels", "why rejected "], rows)
 
 
 def _study(studied: Sequence[Varied]) -> Html:
     keys = [("final", "line", "errors of calibrations, root mean square"), ("final", "band", "95 % band of that")]
-    keys += [("ink", "dash", "promised by the views")]
+    keys += [("ink", "dash", "predicted from the views")]
     note = (
-        "One panel of 0.6 m held before the camera at random; one thing varied, the others at 20 views, 45°, 1.2 m, "
+        "One hand-held panel of 0.6 m at random poses; one factor is varied, the others are 20 views, 45°, 1.2 m, "
         "6 x 6 tags, the whole image."
     )
     rows = [
@@ -118,14 +118,14 @@ def _study(studied: Sequence[Varied]) -> Html:
         ]
         for point in studied
     ]
-    head = ["varied ", "", "fx [%]", "promised", "worst pixel [px]", "promised", "calibrated", "refused"]
+    head = ["varied ", "", "fx [%]", "predicted", "worst pixel [px]", "predicted", "calibrated", "rejected"]
     return section(
         "The error study",
         figure(the_focal_length(studied), note, keys),
         figure(
             the_worst_pixel(studied),
-            "Panels in the middle of the image alone tell the focal length well and the corners of the image badly: "
-            "rank by pixels.",
+            "Panels in the middle of the image alone determine the focal length well, but not the projection at the "
+            "corners of the image: compare by pixels.",
             keys,
         ),
         details("Figures", table(head, rows)),

@@ -2,8 +2,9 @@
 
 sigma                 of a position: along its worst direction; of a rotation: about its worst axis
 chi_square_per_dof    of corners: sum of squares in standard deviations / (coordinates - unknowns); of a camera:
-                      / (coordinates - 6 views); of odometry and floor: / number. Near 1 the stated sigmas are honest.
-honesty factor        root of the corners' chi_square_per_dof: by how much their sigma would have to grow to be 1
+                      / (coordinates - 6 views); of odometry and floor: / number. Near 1 the stated sigmas are
+                      consistent.
+honesty_factor        root of the corners' chi_square_per_dof: by how much their sigma would have to grow to be 1
 """
 
 from __future__ import annotations

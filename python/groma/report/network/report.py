@@ -20,8 +20,8 @@ FILES = {
     "network.urdf": "the cameras as fixed joints",
     "static_transforms.txt": "the same as lines for tf2_ros' static_transform_publisher",
     "stops.tum": "where the robot stood: stamp x y z qx qy qz qw",
-    "metrics.json": "the figures of this page and more, for scripts",
-    "run.toml": "settings, versions and the input's hash: what made these files",
+    "metrics.json": "the metrics of this page and more, for scripts",
+    "run.toml": "settings, versions and the input's hash",
 }
 _FOOTER = "groma {}: the same input and settings give the same bytes."
 
@@ -84,8 +84,8 @@ def _in_space(network: NetworkMap) -> Html:
 
 def _from_above(network: NetworkMap) -> Html:
     caption = (
-        "From above. Ellipses lie across the way where the heading is what the odometry lost, along it where the "
-        "distance is."
+        "From above. Ellipses across the path come from heading errors of the odometry, those along it from distance "
+        "errors."
     )
     keys = [("odometry", "dash", "odometry alone"), ("final", "line", "stops in the map"), ("weak", "line", "3 σ")]
     return section("From above", figure(pictures.from_above(network), caption, keys))
@@ -111,23 +111,23 @@ def _cameras(network: NetworkMap) -> Html:
 
 def _weak(network: NetworkMap) -> Html:
     lines = [text("p", line) for line in weak_directions(network)]
-    return section("What the survey does not tell", *lines, text("p", remedies(network)))
+    return section("Weak directions", *lines, text("p", remedies(network)))
 
 
 def _honesty(network: NetworkMap) -> Html:
     rows = [[kind, str(n), number(chi / n, 2) if n else "–"] for kind, (chi, n) in network.residuals.items()]
     note = (
-        "What the map leaves of its measurements, in squares of their own σ. For corners, odometry and floor a mean "
-        "near 1 says that the σ are honest; well above 1, that they are too small, and with them those of the map."
+        "Squared residuals of the measurements, divided by their variances. For corners, odometry and floor the mean "
+        "is near 1 if the σ are consistent; well above 1 they are too small, and with them those of the map."
     )
-    fit = "Per camera: far above the others means a lens that is not as calibrated, or a camera that moved."
+    fit = "Per camera: far above the others means a wrong calibration, or a camera that moved."
     surprise = (
-        "Views as the filter met them: around 6 (line) when all is honest; above the dashed line (one in a thousand) a "
-        "view is rejected."
+        "Views in the order of the filter: around 6 (line) if the covariances are consistent; above the dashed line "
+        "(one in a thousand) a view is rejected."
     )
     keys = [("accepted", "dot", "taken"), ("rejected", "cross", "rejected")]
     return section(
-        "Are the uncertainties honest?",
+        "Consistency of the covariances",
         text("p", note),
         table(["measurement ", "number", "mean χ²"], rows),
         figure(pictures.fits(network), fit),
@@ -139,4 +139,4 @@ def _reading(network: NetworkMap) -> Html:
     verdicts = list(network.views.verdicts)
     rows = [[f"views: {kind}", str(verdicts.count(kind))] for kind in sorted(set(verdicts))]
     rows += [[kind, f"{value:g}"] for kind, value in network.counts.items()]
-    return section("What was read and left out", table(["what ", "number"], rows))
+    return section("What was read and skipped", table(["what ", "number"], rows))

@@ -16,17 +16,17 @@ def network_verdict(network: NetworkMap) -> str:
         f"({worst.name} is the weakest), each direction to {angle(max(map(sigma_rotation, mapped)))}"
     )
     if network.slipped:
-        return f"The odometry seems to have slipped: {network.slipped} cameras seem moved by it. {text}, if at all."
+        return f"The odometry seems to have slipped: {network.slipped} cameras seem to have moved. {text}, if at all."
     if network.moved:
         names = " and ".join(sorted({name for name, _, _ in network.moved}))
-        text += f"; {names} moved during the survey and {'was' if len(network.moved) == 1 else 'were'} mapped anew"
+        text += f"; {names} moved during the survey and {'was' if len(network.moved) == 1 else 'were'} mapped again"
     if network.unseen:
         text += f"; not mapped: {', '.join(network.unseen)}"
     return text + "."
 
 
 def weak_directions(network: NetworkMap) -> list[str]:
-    """Return what the survey does not tell, or tells badly."""
+    """Return the unobservable and weak directions."""
     found = [_height(network)]
     return found + [finding.text for finding in network.findings if finding.code == "camera-weak"]
 
@@ -36,9 +36,9 @@ def remedies(network: NetworkMap) -> str:
     mapped = current(network)
     worst = max(mapped, key=sigma_position)
     return (
-        f"Odometry alone ends {length(network.odometry_error)} off; what is left of it grows with the distance from "
-        f"the start and from places passed twice. To know {worst.name} better, drive past it again from a camera that "
-        "is known well, and close the loop."
+        f"Odometry alone ends {length(network.odometry_error)} off; its remaining error grows with the distance from "
+        f"the start and from places passed twice. To improve {worst.name}, drive past it again from an accurate "
+        "camera, and close the loop."
     )
 
 
@@ -46,11 +46,11 @@ def _height(network: NetworkMap) -> str:
     sigma = network.height_sigma
     if sigma == 0.0:
         return (
-            "Height: a robot on a level floor cannot tell how high its target is; raising target and cameras together "
-            "changes nothing. The height in the target file was taken as exact: an error of it is an error of every "
-            "camera's height, and is in no σ here. Measure it, or give [cameras.mount] height."
+            "Height: on a level floor the height of the target is unobservable; raising target and cameras together "
+            "changes nothing. The height in the target file is assumed exact: its error is an error of every "
+            "camera's height, and in no σ here. Measure it, or give [cameras.mount] height."
         )
     return (
-        "Height: a robot on a level floor cannot tell how high its target is (an uneven one tells a little). "
-        f"All heights of cameras share its σ, {length(sigma)}."
+        "Height: on a level floor the height of the target is unobservable (on an uneven one weakly observable). "
+        f"Its σ, {length(sigma)}, is common to all cameras."
     )

@@ -73,7 +73,7 @@ def calibration_figures(result: CalibratedVehicle) -> dict[str, object]:
 
 
 def motion_table(result: CalibratedVehicle) -> str:
-    """Return the motions as CSV: what was measured, what is left of it, what it counted."""
+    """Return the motions as CSV: what was measured, residual of it, what it counted."""
     motions: SensorMotions = result.data.motions
     what = driven(result)
     head = "start,end,x,y,theta,residual_x,residual_y,residual_theta,weight,path,speed,curvature\n"
@@ -93,7 +93,7 @@ def motion_table(result: CalibratedVehicle) -> str:
 
 
 def shown_vehicle(result: CalibratedVehicle) -> Vehicle | None:
-    """Return the vehicle for files; None where the drive leaves a parameter open."""
+    """Return the vehicle for files; None where the drive does not determine a parameter."""
     return None if result.found.weak else result.vehicle
 
 

@@ -21,21 +21,21 @@ _LABELS = ("ahead [mm]", "left [mm]", "turn [deg]")
 _FACTORS = np.array([1e3, 1e3, 180 / np.pi])
 
 
-@drawn("What is left of every motion, along the drive")
+@drawn("Residual of every motion, along the drive")
 def along_the_drive(result: CalibratedVehicle) -> Figure:
-    """Draw the residuals of the motions over time, one panel a component."""
+    """Draw the residuals of the motions over time, one panel per component."""
     motions = result.data.motions
     time = (motions.start + motions.end) / 2 - motions.start[0]
     return _panels(result, time, "time [s]")
 
 
-@drawn("What is left of every motion, by curvature of its way")
+@drawn("Residual of every motion, by curvature of its path")
 def by_turn(result: CalibratedVehicle) -> Figure:
     """Draw the residuals over the curvature of the way."""
     return _panels(result, driven(result).turn, "curvature [rad/m]")
 
 
-@drawn("What is left of every motion, by speed")
+@drawn("Residual of every motion, by speed")
 def by_speed(result: CalibratedVehicle) -> Figure:
     """Draw the residuals over the speed."""
     return _panels(result, driven(result).speed, "speed [m/s]")

@@ -1,4 +1,4 @@
-"""The report on a vehicle: is it calibrated well enough, what is open, what speaks against the model, what to paste."""
+"""The report on a vehicle: accuracy, undetermined parameters, misfits of the model, what to paste."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ FILES = {
     "vehicle.toml": "the vehicle with its covariance: for groma map --vehicle and groma localize",
     "laser.urdf.xml": "the joint of the laser, for a URDF",
     "ros2_control.yaml": "parameters of the ros2_control controller",
-    "motions.csv": "every motion: what was measured, what is left of it, what it counted",
-    "metrics.json": "the figures of this page and more, for scripts",
-    "run.toml": "settings, versions and the input's hash: what made these files",
+    "motions.csv": "every motion: measurement, residual, weight",
+    "metrics.json": "the metrics of this page and more, for scripts",
+    "run.toml": "settings, versions and the input's hash",
 }
-_DIRECTIONS = [("final", "dot", "forward"), ("tracked", "dot", "backward"), ("ink", "cross", "hardly counts")]
+_DIRECTIONS = [("final", "dot", "forward"), ("tracked", "dot", "backward"), ("ink", "cross", "outlier")]
 
 
 def calibration_report(result: CalibratedVehicle, outcome: Outcome) -> str:
@@ -71,9 +71,9 @@ def _key_facts(result: CalibratedVehicle) -> Html:
                 "of it backward",
                 f"{number(100 * float(-what.path[what.path < 0].sum()) / float(abs(what.path).sum()), 0)} %",
             ),
-            ("residuals over stated noise", number(found.noise_scale, 2)),
-            ("held-out error, median", length(held.position_median) if held else "–"),
-            ("held-out heading, median", angle(held.heading_median) if held else "–"),
+            ("residuals / stated noise", number(found.noise_scale, 2)),
+            ("cross-validation error, median", length(held.position_median) if held else "–"),
+            ("cross-validation heading, median", angle(held.heading_median) if held else "–"),
         ]
     )
 
@@ -86,33 +86,30 @@ def _parameters(result: CalibratedVehicle) -> Html:
         for name, value in result.found.fixed.items()
     ]
     note = (
-        "Intervals are those of Student's distribution with the noise that the residuals show; they hold for each "
-        "parameter by itself."
+        "95 % intervals by Student's distribution with the noise level of the residuals, for each parameter separately."
     )
     if result.found.correlated:
-        note += " They allow for errors that neighbouring motions share."
+        note += " They account for correlated errors of neighbouring motions."
     return section("The vehicle", table(head, [*estimated, *given]), text("p", note, "note"))
 
 
 def _next(result: CalibratedVehicle) -> Html:
     if result.found.weak:
         lines = [text("li", weak.words) for weak in result.found.weak]
-        note = (
-            "What the drive leaves open has no value: no vehicle.toml was written. Drive what is named and run again."
-        )
-        return section("What is open", text("p", note), Html("<ul>" + "".join(lines) + "</ul>"))
+        note = "The drive does not determine these, so no vehicle.toml was written. Drive what is named and run again."
+        return section("Undetermined parameters", text("p", note), Html("<ul>" + "".join(lines) + "</ul>"))
     worst = max(
         result.half_widths, key=lambda name: result.half_widths[name] / (result.tolerances.get(name) or math.inf)
     )
     if not result.tolerances:
-        note = "Every parameter is held by the drive. Give --tolerance to be told whether that is enough."
+        note = "The drive determines all parameters. Give --tolerance to check whether that is accurate enough."
     elif result.verdict.enough:
         note = f"Nothing: all tolerances are met. The nearest to its tolerance is: {WORDS[worst]}."
     else:
         note = (
             f"{verdict_words(result)}. The farthest from its tolerance is: {WORDS[worst]}. Arcs to the left and right, "
-            "forward and backward, with small and large steering angles, hold all of them; groma plan vehicle finds "
-            "the least of them for your floor and tolerances."
+            "forward and backward, with small and large steering angles, determine all parameters; groma plan vehicle "
+            "finds the shortest set for your floor and tolerances."
         )
     return section("What to drive next", text("p", note))
 
@@ -120,33 +117,32 @@ def _next(result: CalibratedVehicle) -> Html:
 def _misfit(result: CalibratedVehicle) -> Html:
     asked = [[t.name, number(t.statistic, 1), str(t.dof), _p(t.p_value), t.words] for t in result.found.tests]
     against = misfits(result)
-    note = (
-        "Nothing the residuals show speaks against the model."
-        if not against
-        else "Against the model: " + "; ".join(against) + "."
-    )
-    parts = [text("p", note), table(["question ", "χ²", "dof", "p", "answer "], asked)]
+    note = "The residuals are consistent with the model." if not against else "Misfit: " + "; ".join(against) + "."
+    parts = [text("p", note), table(["test ", "χ²", "dof", "p", "result "], asked)]
     if held := result.found.held_out:
         told = (
-            f"Motions predicted by parameters that were estimated without them ({held.folds} parts in turn) are off by "
-            f"{length(held.position_median)} and {angle(held.heading_median)} in the median, "
-            f"{length(held.position_rms)} rms of the best nine in ten."
+            f"Cross-validation ({held.folds} folds): the median error of predicted motions is "
+            f"{length(held.position_median)} and {angle(held.heading_median)}, "
+            f"{length(held.position_rms)} rms without the worst tenth."
         )
         parts.append(text("p", told))
     captions = [
-        ("along_the_drive", "A trend is something that changed on the way: load, tyres, a clock."),
-        ("by_turn", "A slope over the curvature is a wrong wheelbase or gain; a step between the sides an offset."),
-        ("by_speed", "A slope over the speed is a delay; a step between forward and backward an asymmetry."),
+        ("along_the_drive", "A trend means that something changed during the drive: load, tyres, a clock."),
+        (
+            "by_turn",
+            "A slope over the curvature means a wrong wheelbase or gain; a step between left and right a wrong offset.",
+        ),
+        ("by_speed", "A slope over the speed means a delay; a step between forward and backward an asymmetry."),
     ]
     for name, caption in captions:
-        parts.append(figure(getattr(pictures, name)(result), f"What is left of every motion. {caption}", _DIRECTIONS))
+        parts.append(figure(getattr(pictures, name)(result), f"Residual of every motion. {caption}", _DIRECTIONS))
     return section("Does the model fit?", *parts)
 
 
 def _drive(result: CalibratedVehicle) -> Html:
     caption = (
-        "The laser's way by the calibrated wheels, and the ends of the measured motions put one after the other. "
-        "Both start alike; how far they part is the sum of all that is left."
+        "Path of the laser by the calibrated wheels, and the concatenated measured motions. Both start at the same "
+        "pose; their distance is the sum of the residuals."
     )
     keys = [("final", "line", "by the wheels"), ("rejected", "cross", "measured")]
     return section("The drive", figure(pictures.paths(result), caption, keys))
@@ -159,14 +155,14 @@ def _correlation(result: CalibratedVehicle) -> Html:
         for i, name in enumerate(names)
     ]
     head = ["parameter ", *(str(k + 1) for k in range(len(names)))]
-    note = "Near ±1, two parameters can hardly be told apart by this drive. The covariance is in vehicle.toml."
+    note = "Near ±1, this drive hardly distinguishes two parameters. The covariance is in vehicle.toml."
     return section("Correlation", text("p", note), table(head, body))
 
 
 def _reading(result: CalibratedVehicle) -> Html:
     outliers = int((~(result.found.weights >= 0.3)).sum())
     told = (
-        f"Motions come from the {result.data.source}. {count(outliers, 'motion').capitalize()} hardly counted, "
+        f"Motions come from the {result.data.source}. {count(outliers, 'motion').capitalize()} got a low weight, "
         "as outliers."
     )
     return section("What was read", text("p", told))

@@ -46,7 +46,7 @@ def amount(name: str, value: float, sigma: float, result: CalibratedVehicle) -> 
     """Return a value with as many digits as its standard deviation warrants."""
     factor, unit = unit_of(name, result)
     if not math.isfinite(value):
-        return "open"
+        return "undetermined"
     gap = "" if unit in ("", "°") else "\N{NO-BREAK SPACE}"
     return f"{number(value * factor, _digits(sigma * factor))}{gap}{unit}"
 
@@ -65,7 +65,7 @@ def rows(result: CalibratedVehicle) -> list[list[str]]:
         width = widths[name]
         wanted = result.tolerances.get(name)
         judgement = "" if wanted is None else ("met" if width <= wanted else "not met")
-        shown = amount(name, value, sigma, result) if math.isfinite(width) else "open"
+        shown = amount(name, value, sigma, result) if math.isfinite(width) else "undetermined"
         told = f"± {amount(name, width, sigma, result)}" if math.isfinite(width) else ""
         tolerance = amount(name, wanted, wanted, result) if wanted else ""
         out.append([WORDS[name], shown, told, tolerance, judgement])
@@ -73,28 +73,28 @@ def rows(result: CalibratedVehicle) -> list[list[str]]:
 
 
 def verdict_words(result: CalibratedVehicle) -> str:
-    """Return one sentence: what is open, whether the tolerances are met, how much more to drive."""
+    """Return one sentence: undetermined parameters, whether the tolerances are met, how much more to drive."""
     found, used = result.found, int(result.data.counts["motions used"])
     what = "arcs" if result.data.segments.kind == "stop and go" else "windows"
-    held = f"{count(used, 'motion')} ({what}) tell the {found.model} drive"
+    basis = f"{found.model.capitalize()} drive calibrated from {count(used, 'motion')} ({what})"
     if found.weak:
-        return f"The drive leaves something open: {found.weak[0].words}"
+        return f"The drive does not determine all parameters: {found.weak[0].words}"
     if not result.tolerances:
-        misfit = "; the model does not fit" if misfits(result) else ""
-        return f"{held} and where the laser sits{misfit}"
+        misfit = ". The model does not fit: do not use the laser pose" if misfits(result) else ""
+        return f"{basis}{misfit}"
     if result.verdict.enough:
         met = (
             "the tolerance is met"
             if len(result.tolerances) == 1
             else f"all {len(result.tolerances)} tolerances are met"
         )
-        return f"Stop here: {met} with {count(used, 'motion')} ({what}) of the {found.model} drive"
+        return f"{basis}: {met}"
     missed = ", ".join(WORDS[name] for name in result.verdict.missed)
     factor = more_driving(result)
     more = f"drive about {number(factor, 1)} times as much of the same" if factor < 50 else "drive something else"
-    return f"Go on: not yet within tolerance: {missed}; {more}"
+    return f"Not yet within tolerance: {missed}; {more}"
 
 
 def misfits(result: CalibratedVehicle) -> list[str]:
-    """Return what the residuals say against the model, in sentences."""
+    """Return how the residuals contradict the model, in sentences."""
     return [finding.text for finding in result.findings if finding.code == "model-misfit"]
