@@ -194,7 +194,7 @@ def test_the_survey_tells_the_driver(capsys: pytest.CaptureFixture[str]) -> None
         told_ += capsys.readouterr().err
     end.set()
     leading.join()
-    assert "stopping" in told_
+    assert "stops (" in told_
 
 
 def test_a_survey_with_an_impossible_goal_is_refused_before_it_begins(

@@ -15,7 +15,7 @@ use groma_planning::exploration::{Explorer, Goal, Graph, Scene, Settings, Strate
 use std::time::Instant;
 
 const RUNS: usize = 5;
-/// The processor's time is told in steps; below this the clock is better [ms].
+/// The processor's time has steps; below this the clock is better [ms].
 const COARSE: f64 = 20.0;
 const LAMBDAS: [f64; 3] = [10.0, 100.0, 1000.0];
 

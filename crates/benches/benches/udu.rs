@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, convert};
 use std::time::Instant;
 
 const STATES: usize = 7;
-/// The processor's time is told in steps; below this the clock is better [ms].
+/// The processor's time has steps; below this the clock is better [ms].
 const COARSE: f64 = 20.0;
 
 fn main() {

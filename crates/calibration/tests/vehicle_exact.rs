@@ -80,7 +80,7 @@ fn both_drives_give_the_differential_back() {
 
 /// Scale and offset of a counter that counts backward, and turns that were given wrapped.
 #[test]
-fn a_counter_that_counts_backward_is_told_from_its_scale() {
+fn a_counter_that_counts_backward_is_recognised_by_its_scale() {
     let mut vehicle = tricycle(true);
     let Drive::Tricycle(t) = vehicle.drive else { return };
     vehicle.drive = Drive::Tricycle(Tricycle { scale: -t.scale, ..t });

@@ -95,7 +95,7 @@ fn weak_directions_are_named() {
     assert!(one_angle.weak[0].words.contains("another steering angle"));
 }
 
-/// Stop-and-go arcs tell nothing of a delay: a set too many is told as such.
+/// Stop-and-go arcs do not determine a delay: a set too many is told as such.
 #[test]
 fn a_delay_is_not_seen_between_stops() {
     let found = calibrated(false, &["delay"], &drives::grid(2, 20.0, 40.0, 120.0));

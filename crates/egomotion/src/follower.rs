@@ -16,7 +16,7 @@ use groma_tracking::{Tracker, has_enough_hits};
 use nalgebra::Vector3;
 use std::ops::Range;
 
-/// Neighbouring scans farther apart than this tell no twist [s].
+/// Neighbouring scans farther apart than this give no twist [s].
 const NEIGHBOURS: f64 = 0.6;
 
 /// Why a scan was not used.

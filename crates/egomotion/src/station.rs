@@ -54,7 +54,7 @@ pub enum Verdict {
     Unseen,
     /// Its ends have too little in view in common.
     Apart,
-    /// Nothing holds one direction of the position: a corridor, an open space.
+    /// One direction of the position is unconstrained: a corridor, an open space.
     Open,
     /// Registration did not settle, or settled away from what was tracked.
     Astray,

@@ -1,4 +1,4 @@
-//! Motions of a simulated laser against the truth: right, and as sure as they say.
+//! Motions of a simulated laser against the ground truth: right, and as sure as they say.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests may fail loudly and tell figures")]
 

@@ -5,8 +5,8 @@ use thiserror::Error;
 /// The one error of this crate.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Error {
-    /// A block of unknowns is not held by the data (or the matrix is indefinite there).
-    #[error("the system is not positive definite at block {block}: nothing holds it")]
+    /// A block of unknowns is not determined by the data (or the matrix is indefinite there).
+    #[error("the system is not positive definite at block {block}: it is unconstrained")]
     NotPositiveDefinite {
         /// Index of the block of unknowns where the factorisation stopped.
         block: usize,

@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn the_numbers_are_those_of_the_published_generator() {
-        // The first numbers of the seed 1234567, as they stand in reference tables of SplitMix64.
+        // The first numbers of the seed 1234567, from reference tables of SplitMix64.
         let mut random = SplitMix64::new(1_234_567);
         let first: Vec<u64> = (0..3).map(|_| random.bits()).collect();
         assert_eq!(first, [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]);

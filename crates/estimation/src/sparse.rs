@@ -5,7 +5,7 @@
 //! as needed ([`Cholesky::factorize`]). The factor is kept in supernodes: runs of columns with one pattern, each a dense
 //! panel, whose arithmetic is dense. Single threaded, so equal input gives equal bytes.
 //!
-//! Not for indefinite systems, and nothing pivots: a direction that nothing holds is an error which names its block.
+//! Not for indefinite systems, and nothing pivots: an unconstrained direction is an error which names its block.
 //! This is the only file that names faer, whose interface changes with every release.
 
 use crate::selected_inverse::{SelectedInverse, Supernode};

@@ -94,7 +94,7 @@ fn new_numbers_on_an_old_pattern_need_no_new_analysis() {
 }
 
 #[test]
-fn what_nothing_holds_is_named() {
+fn what_is_unconstrained_is_named() {
     let mut matrix = chain::<3>(40, 0, 5);
     matrix.diagonal[17] = SMatrix::zeros();
     matrix.upper.iter_mut().for_each(|u| *u = SMatrix::zeros());

@@ -20,7 +20,7 @@ impl Draw {
     }
 }
 
-/// The dense filter that UDU stands for; states in the order of memory.
+/// The dense filter that UDU represents; states in the order of memory.
 struct Dense {
     p: DMatrix<f64>,
     head: usize,

@@ -30,7 +30,7 @@ pub struct RigidFit {
     pub rms: f64,
 }
 
-/// Fit `T_a_b` to pairs `(a, b)` of points; the errors are taken to be at least `least_sigma` [m] a coordinate.
+/// Fit `T_a_b` to pairs `(a, b)` of points; the errors are assumed to be at least `least_sigma` [m] a coordinate.
 ///
 /// None for fewer than two pairs, points b that coincide, or values that are not finite.
 #[must_use]

@@ -12,7 +12,7 @@
 //!
 //! **Geometry**: the standard deviation along the weakest direction from this scan alone,
 //! `1 / sqrt(least eigenvalue of D^-1 (sum H^T R^-1 H) D^-1)`, where `D = diag(1, 1, d)` measures the heading at the mean
-//! distance d of the landmarks seen. Infinite where fewer than two landmarks hold the pose.
+//! distance d of the landmarks seen. Infinite where fewer than two landmarks constrain the pose.
 
 use crate::options::LostOptions;
 use nalgebra::Matrix3;

@@ -1,4 +1,4 @@
-//! A map of which only the occupancy grid is left: the place is found by its walls, and they hold the pose.
+//! A map of which only the occupancy grid is left: the place is found by its walls, and they constrain the pose.
 
 #![allow(clippy::unwrap_used)] // helpers of tests may fail loudly
 
@@ -104,7 +104,7 @@ fn drive(localizer: &mut Localizer, from: Se2, worse: f64, seed: u64, mut look: 
 }
 
 #[test]
-fn walls_hold_the_pose_where_there_are_no_landmarks() {
+fn walls_constrain_the_pose_where_there_are_no_landmarks() {
     for (seed, worse, bounds) in [(1, 1.0, (0.12, 2.0)), (2, 4.0, (0.25, 4.0))] {
         let from = Se2::new(1.5, 7.0, 0.02);
         let mut held = localizer(&OFFICES, Some((from, variances([0.05, 0.05, 0.02]))));

@@ -8,7 +8,7 @@
 //! share, common >= SUPPORT, more where more was searched      there is enough to judge by
 //! no other pose nearly as good                                the place is not ambiguous
 //! e^T (P + R)^-1 e <= GATE                                    it lies within what the graph believes
-//! sigma of (R^-1 + P^-1)^-1 <= SLIDES                         it holds the position, or the graph did
+//! sigma of (R^-1 + P^-1)^-1 <= SLIDES                         it constrains the position, or the graph did
 //! ```
 //!
 //! where R is the covariance of the registration with a floor: local maps bend. What corners found where no window could
@@ -50,7 +50,7 @@ pub enum Verdict {
     TooLittle,
     /// It fits in two places.
     Ambiguous,
-    /// Nothing holds it along a direction that was not known before.
+    /// A direction that was not known before is unconstrained.
     Slides,
     /// It lies beyond the uncertainty of the graph.
     Implausible,
@@ -90,7 +90,7 @@ impl Closure {
         invert(&self.information())
     }
 
-    /// What is left of the closure when the two anchors stand at `pose` to each other [m], [rad]. Nothing is asked of it
+    /// Residual of the closure when the two anchors stand at `pose` to each other [m], [rad]. Nothing is asked of it
     /// along a direction that it does not hold (`SLIDES`).
     #[must_use]
     pub fn residual(&self, pose: &Se2) -> (f64, f64) {
@@ -147,7 +147,7 @@ impl Verdict {
             Self::NoOverlap => "what the two places show does not agree",
             Self::TooLittle => "too little in common view to tell",
             Self::Ambiguous => "it fits in two places",
-            Self::Slides => "nothing holds it along a direction that was not known before",
+            Self::Slides => "a direction that was not known before is unconstrained",
             Self::Implausible => "it lies beyond the uncertainty of the graph",
             Self::Contradicted => "the other closures contradict it",
             Self::Violated => "the whole map cannot meet it",
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_asked_along_a_direction_that_is_not_held() {
+    fn nothing_is_asked_along_a_direction_that_is_not_determined() {
         let mut corridor = check(0.0);
         corridor.information[(0, 0)] = 1.0;
         let closure = Closure { from: 0, to: 5, check: corridor, predicted: Se2::IDENTITY, verdict: Verdict::Accepted };

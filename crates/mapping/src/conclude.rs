@@ -2,7 +2,7 @@
 //!
 //! Offline (the default) all pairs of local maps are gone over again first. Then the keyframes are arranged by steps and
 //! closures, leaving out closures until none is left that the others contradict. A cancelled conclusion does neither: it is
-//! the graph as it stands, with its grid and its landmarks.
+//! the current graph, with its grid and its landmarks.
 
 use crate::closer::Closer;
 use crate::closure::{Closure, Verdict};
@@ -33,7 +33,7 @@ pub enum Error {
 }
 
 impl Mapper {
-    /// The map of what was pushed. Cancelled, it is that of the graph as it stands: [`MapResult::is_interrupted`].
+    /// The map of what was pushed. Cancelled, it is that of the current graph: [`MapResult::is_interrupted`].
     ///
     /// # Errors
     /// When no scan could be used, or the pose graph cannot be solved.
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_are_told_at_the_rate_of_the_odometry_and_candidates_that_tell_nothing_are_only_counted() {
+    fn poses_are_told_at_the_rate_of_the_odometry_and_candidates_without_information_are_only_counted() {
         let mapper = driven();
         let mut ending = ending(&mapper);
         let verdicts =
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_told_on_the_way_is_not_mended_afterwards() {
+    fn what_was_reported_during_the_drive_is_not_corrected_afterwards() {
         let mut mapper = driven();
         for online in [true, false] {
             mapper.options.online = online;

@@ -1,10 +1,10 @@
-//! The landmark map: corners and reflectors that keyframes saw again and again, each with an honest covariance.
+//! The landmark map: corners and reflectors that keyframes saw again and again, each with a consistent covariance.
 //!
 //! Both are treated alike, each for itself; a reflector has no orientation to tell it from its neighbour. Every corner of
 //! every keyframe is brought into the map, in order of time, and joins the nearest cluster within
 //! `GATE` that opens into the same direction (`TURN`), one corner a keyframe and cluster; else it begins a new one. A
 //! scan that shows one corner twice thereby begins a twin. So in the end clusters within the same gate are joined,
-//! the one of fewer sights to the other, if they are closer than a scan can tell apart (`ONE`), or if few keyframes
+//! the one of fewer sights to the other, if they are closer than a scan can distinguish (`ONE`), or if few keyframes
 //! (`SHARED`) saw both. Of two sights by one keyframe the nearer counts.
 //!
 //! ```text
@@ -49,7 +49,7 @@ pub(crate) const GATE: f64 = 0.2;
 const TURN: f64 = FRAC_PI_3;
 /// Corners closer than this are one, even if a scan has both [m].
 const ONE: f64 = 0.1;
-/// Share of the sights of the rarer one up to which two corners in one scan are taken for a double detection.
+/// Share of the observations of the rarer one up to which two corners in one scan are taken for a double detection.
 const SHARED: f64 = 0.25;
 /// A landmark was detected this often at least,
 const LEAST_SEEN: usize = 3;

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 
 /// Cell [m] and levels of the search field; the field covers surfaces up to this far from the path [m].
 const FIELD: (f64, usize, f64) = (0.1, 5, 25.0);
-/// Points that stand for a map when it is matched to another.
+/// Points that represent a map when it is matched to another.
 const SAMPLE: usize = 500;
 /// Views that are asked what they see of another map.
 const VIEWS: usize = 12;
@@ -78,7 +78,7 @@ impl LocalMap {
         }
     }
 
-    /// The search field, made when first asked for.
+    /// The search field, made when first requested.
     pub fn field(&self) -> &CorrelativeField {
         self.field.get_or_init(|| {
             let reach_sq = FIELD.2 * FIELD.2;

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Views that agree this close to where the graph has them show the same place [m], [rad].
 const SAME_PLACE: (f64, f64) = (1.0, 0.2);
 
-/// What an edge of the final graph stands for.
+/// What an edge of the final graph represents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdgeKind {
     /// The step between successive keyframes: registration and odometry.
@@ -26,7 +26,7 @@ pub struct MapResult {
     pub stamps: Vec<f64>,
     /// The graph at its optimum.
     pub graph: PoseGraph,
-    /// What its edges stand for.
+    /// What its edges represent.
     pub kinds: Vec<EdgeKind>,
     /// Their squared Mahalanobis residuals.
     pub chi_squares: Vec<f64>,
@@ -56,14 +56,14 @@ pub struct MapResult {
     pub offset: (Se2, Vector3<f64>),
     /// Whether there was odometry.
     pub has_odometry: bool,
-    /// The cell that was asked for [m]; that of the grid is larger where the map is too large for it.
+    /// The cell that was requested [m]; that of the grid is larger where the map is too large for it.
     pub wanted_resolution: f64,
     /// The conclusion was cancelled: this is the graph as it stood, not all pairs of local maps were gone over.
     pub is_interrupted: bool,
 }
 
 impl MapResult {
-    /// What is left of a closure after optimisation: metres and radians in the directions that it holds.
+    /// Residual of a closure after optimisation: metres and radians in the directions that it holds.
     #[must_use]
     pub fn left_of(&self, closed: &(Closure, usize, usize)) -> (f64, f64) {
         closed.0.residual(&self.between(closed))

@@ -6,7 +6,7 @@
 //!
 //! Scans and odometry are pushed in the order in which they came, each stream in order of time. A scan is registered at once:
 //! where the odometry has not reached it yet, its last twist goes on ([`groma_tracking::extrapolation`]). When the odometry comes, the
-//! next increment starts from it, and what the scan had to say of the odometry is learned then. Not done again: the
+//! next increment starts from it, and the statistics of the odometry are updated then. Not done again: the
 //! registration itself, and the motion during its sweep that was taken out of its points.
 //!
 //! Each step looks at the past only. `Mapper::finish` may be called at any time, and again: it leaves the mapper as it is
@@ -41,7 +41,7 @@ pub enum Skipped {
     Invalid(ModelError),
 }
 
-/// A scan and the keyframe its pose hangs on.
+/// A scan and the keyframe its pose depends on.
 #[derive(Clone)]
 pub(crate) struct Placed {
     pub stamp: f64,
@@ -80,12 +80,12 @@ pub struct Mapper {
     pub(crate) keyframes: Vec<Keyframe>,
     pub(crate) closer: Closer,
     pub(crate) placed: Vec<Placed>,
-    /// What scans will say of the odometry between two stamps once it has come.
+    /// Pending statistics of the odometry between two stamps once it has come.
     awaited: VecDeque<(f64, f64, Lesson)>,
 }
 
 impl Mapper {
-    /// An empty map; the options are taken to be valid.
+    /// An empty map; the options are assumed valid.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {

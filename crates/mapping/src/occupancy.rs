@@ -37,7 +37,7 @@ use nalgebra::Vector2;
 const CAP: f64 = 30.0;
 /// No reading stops farther than this before its hit [m].
 const FARTHEST_STOP: f64 = 1.0;
-/// The Beta prior `(a, b)` of a cell: what one reading of a mostly empty world is worth.
+/// The Beta prior `(a, b)` of a cell: the prior weight of one reading of a mostly empty world.
 const PRIOR: (f64, f64) = (0.2, 0.8);
 /// Expected occupancy from which a cell is occupied.
 const OCCUPIED: f64 = 0.3;
@@ -87,7 +87,7 @@ struct Ray {
     from: Vector2<f64>,
     /// Up to here the beam surely met nothing.
     clear: Vector2<f64>,
-    /// Where it ended, if near enough to be believed.
+    /// Where it ended, if near enough to be used.
     hit: Option<Vector2<f64>>,
 }
 

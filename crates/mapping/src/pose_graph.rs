@@ -96,7 +96,7 @@ impl PoseGraph {
     /// The most likely poses.
     ///
     /// # Errors
-    /// [`Error`] when the graph is malformed, some node is not held, or `token` is cancelled.
+    /// [`Error`] when the graph is malformed, some node is not determined, or `token` is cancelled.
     pub fn optimize(&self, options: &Options, token: &Token) -> Result<Solution, Error> {
         check::graph(self)?;
         check::options(options)?;
@@ -124,7 +124,7 @@ impl PoseGraph {
     /// `(x, y, theta)`; zero for node 0. `weights` are those of a [`Solution`], one an edge.
     ///
     /// # Errors
-    /// [`Error`] when the graph is malformed or some node is not held.
+    /// [`Error`] when the graph is malformed or some node is not determined.
     pub fn marginals(&self, weights: &[f64]) -> Result<Vec<Matrix3<f64>>, Error> {
         check::graph(self)?;
         check::weights(self, weights)?;

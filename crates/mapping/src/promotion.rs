@@ -1,8 +1,8 @@
-//! What lasts joins the static map: marks that drives of several days saw where the map has none.
+//! Promotion of persistent landmarks: those observed on several days and missing in the static map.
 //!
 //! Days are taken in their order. What is one mark as a landmark of the map ([`crate::pairing`]) confirms it; of the rest,
 //! what was dependable that day goes on with the mark of the days before that it is one with, else begins a new one. A mark
-//! thus counts at most once a day.
+//! thus counts at most once per day.
 //!
 //! ```text
 //! dependable   detected LEAST_SEEN times that day, and in the share that the options ask of the scans that had it in view
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn more_days_may_be_asked_for() {
+    fn more_days_may_be_requested() {
         let days = [corners(&[(5.0, 5.0)]), corners(&[(5.0, 5.0)]), corners(&[(1.0, 1.0)])];
         let count =
             |least| promote(&map(vec![]), &days, &Options { days: least, ..Options::default() }).map(|r| r.promoted);
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_that_are_often_hidden_join_where_a_smaller_share_is_asked_for() {
+    fn marks_that_are_often_hidden_join_where_a_smaller_share_is_requested() {
         let mut day = corners(&[(5.0, 5.0)]);
         (day.landmarks[0].seen, day.landmarks[0].visible) = (20, 80);
         let days = [day.clone(), day];

@@ -27,7 +27,7 @@ pub fn at_odometry_rate(scans: &[(f64, Se2)], track: &OdometryTrack, shift: impl
     })
 }
 
-/// The same as it could be told at the time: the odometry goes on from the last scan, shifted by what was known there of
+/// The same as it was estimated at the time: the odometry goes on from the last scan, shifted by what was known there of
 /// the laser's place, the `offsets`.
 #[must_use]
 pub fn ahead(scans: &[(f64, Se2)], offsets: &[Se2], track: &OdometryTrack) -> Vec<(f64, Se2)> {

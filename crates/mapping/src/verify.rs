@@ -1,4 +1,4 @@
-//! Do two local maps show the same place? Registration and what the views say of each other's surfaces.
+//! Do two local maps show the same place? Registration, and the surfaces of each in the views of the other.
 //!
 //! A candidate pose is refined by point-to-line registration of one map's surfaces to the other's. Then every surface
 //! point of each is shown to the views of the other: it *agrees* when it lies on a surface they saw, it is *seen

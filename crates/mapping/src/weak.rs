@@ -28,7 +28,7 @@ pub enum Reason {
     Torn,
     /// Little of the scan was found on the map.
     Lost,
-    /// Nothing stands across the weak direction.
+    /// No surface constrains the weak direction.
     Slides,
 }
 
@@ -40,7 +40,7 @@ impl Reason {
             Self::Contradiction => "odometry and scans contradict each other",
             Self::Torn => "the scan was not found on the map and no odometry bridges the gap",
             Self::Lost => "little of the scan was found on the map",
-            Self::Slides => "nothing stands across this direction: a corridor without ends, or an open space",
+            Self::Slides => "no surface constrains this direction: a corridor without ends, or an open space",
         }
     }
 }
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn each_reason_is_told_what_matters_most_first() {
+    fn each_reason_is_reported_what_matters_most_first() {
         let reasons = |change: fn(&mut Tracked)| {
             let mut keyframe = held(1.0);
             change(&mut keyframe);

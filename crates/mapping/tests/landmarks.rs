@@ -70,7 +70,7 @@ fn corners_half_a_metre_apart_stay_two() {
 }
 
 #[test]
-fn corners_that_a_scan_tells_apart_stay_two_however_close() {
+fn corners_that_a_scan_distinguishes_stay_two_however_close() {
     let poses = poses(6);
     let other = (CORNER.0 - Vector2::new(0.15, 0.0), CORNER.1);
     let found = map(&see(&poses, &[], |_| vec![CORNER, other]), &poses).landmarks;

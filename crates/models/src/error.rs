@@ -33,7 +33,7 @@ pub enum ModelError {
     /// Nothing is to be seen.
     #[error("the target has no panel")]
     NoPanel,
-    /// Two panels cannot be told apart.
+    /// Two panels cannot be distinguished.
     #[error("panels {0:?} and {1:?} share tags or name: give each its own")]
     SamePanels(String, String),
 }

@@ -1,6 +1,6 @@
 //! Progress and cancelling of long work: shared by who works and who waits.
 //!
-//! The worker calls [`Token::check`] at least every 100 ms and returns what it has, or [`Cancelled`]; whoever waits reads the
+//! The worker calls [`Token::check`] at least every 100 ms and returns what it has, or [`Cancelled`]; the waiting thread reads the
 //! progress and may cancel from another thread. A token decides nothing else: results never depend on progress, only on
 //! whether the work was cancelled.
 

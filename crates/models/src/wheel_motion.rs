@@ -6,17 +6,17 @@
 //! motion      T exp(xi),  xi = sum u_w n_w + w e       u_w = d xi/d path of wheel w,  w = d xi/d angle
 //! ```
 //!
-//! Slip is new in every step. A steering error lasts, so what it does depends on how far one looks:
+//! Slip is new in every step. A steering error lasts, so its effect depends on the time considered:
 //!
 //! ```text
 //! over motions   e is carried along with the motion:     e <- k e + fresh,  k = exp(-dt/memory), Var(fresh) = steering^2 (1 - k^2)
-//! in a filter    steps are taken to be independent:      Var(e) = 2 steering^2 memory/dt
+//! in a filter    steps are assumed to be independent:      Var(e) = 2 steering^2 memory/dt
 //! ```
 //!
 //! The second is the white noise that bends a drive much longer than the memory as much as e does:
 //! `integral Cov(e(0), e(d)) dd = 2 steering^2 memory = Var(e) dt`. Within a memory it overstates the error, by at most
-//! `2 memory/t` in variance; it never understates it. What lasts a whole drive is no noise but an error of the parameters,
-//! and belongs to the covariance of the vehicle.
+//! `2 memory/t` in variance; it never understates it. An error that is constant over a drive is not noise but an error of the
+//! parameters, and belongs to the covariance of the vehicle.
 //!
 //! Sources: Censi et al., IEEE T-RO 29 (2013), for slip that grows with the path; Uhlenbeck, Ornstein, Phys. Rev. 36 (1930).
 //! Assumes that the fixed wheels do not slip sideways.
@@ -93,7 +93,7 @@ impl WheelMotion {
 }
 
 impl WheelNoise {
-    /// What is left of a steering error after a time [s].
+    /// Residual of a steering error after a time [s].
     #[must_use]
     pub fn kept(&self, time: f64) -> f64 {
         (-time.max(0.0) / self.memory).exp()

@@ -16,7 +16,7 @@
 //! ```
 //!
 //! The height of the target is *not observable* then: raising target and camera together changes nothing. It is taken as
-//! given. A robot that never turns tells nothing of the mount.
+//! given. A robot that never turns does not determine the mount.
 
 use crate::Error;
 use crate::batch::Lens;
@@ -28,7 +28,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, UnitQuaternion, Vector3, Ve
 
 /// Turns about axes that spread less than this are all about one axis [rad].
 const ONE_AXIS: f64 = 0.01;
-/// Turns smaller than this all together tell no axis [rad].
+/// Turns smaller than this all together determine no axis [rad].
 const NO_TURN: f64 = 0.02;
 /// A component of a weak direction below this share of the largest is not named.
 const NAMED: f64 = 0.1;
@@ -195,7 +195,7 @@ fn no_rotation() -> Error {
 pub type Estimate = (Se3, Se3, DVector<f64>);
 
 /// The least squares fit over all corners: the world-frame errors of camera and mount, six each, and the lens' calibration
-/// states with their prior. Directions that nothing holds stay at the start and are in `weak`; say them with
+/// states with their prior. Unconstrained directions stay at the start and are in `weak`; say them with
 /// [`in_words`].
 ///
 /// # Errors
@@ -257,7 +257,10 @@ pub fn in_words(direction: &DVector<f64>) -> String {
     let largest = direction.amax();
     let named = |k: usize| format!("{} of the {}", names[k % 6], if k < 6 { "camera" } else { "target" });
     let parts: Vec<String> = (0..12).filter(|&k| direction[k].abs() > NAMED * largest).map(named).collect();
-    format!("nothing holds a common change of {}: let the robot turn more, and at other places", parts.join(", "))
+    format!(
+        "the data do not determine a common change of {}: let the robot turn more, and at other places",
+        parts.join(", ")
+    )
 }
 
 /// Root mean square residual over coordinates [standard deviations].

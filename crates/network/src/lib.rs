@@ -1,7 +1,7 @@
 //! Fixed cameras that never share a view, tied together by the odometry of a robot that carries a target.
 //!
 //! Errors of poses are *world-frame* errors here, `T = Exp(xi) T^`, against the rule of the other crates: see
-//! [`measurement`] for why consistency hangs on it.
+//! [`measurement`] for why consistency depends on it.
 
 pub mod batch;
 pub mod error;

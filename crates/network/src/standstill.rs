@@ -2,11 +2,11 @@
 //!
 //! It stands when within the last `SETTLE` seconds no pose was farther than `SHIFT` or `TURN` from the newest, so that
 //! vibrations have died away when images are taken. It has gone on as soon as a pose is farther than that from where it
-//! began to stand: who creeps stands for a while, then anew elsewhere. No odometry, no stop.
+//! began to stand: a creeping robot represents a while, then anew elsewhere. No odometry, no stop.
 //!
 //! Readings are taken in the order of their arrival. One that is older than the newest changes nothing: it came late. When
 //! the clock of the sender was set back, or the sender started anew, say so ([`Standstill::restart`]): what was known before
-//! tells nothing then.
+//! is undecided then.
 
 use groma_geometry::Se2;
 use groma_models::Odometry;
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn who_creeps_does_not_stand_and_slower_never_far_from_where_it_began() {
+    fn a_creeping_robot_does_not_stand_and_slower_never_far_from_where_it_began() {
         let mut still = Standstill::default();
         assert!(!run(&mut still, 0.0, 400, |t| at(0.01 * t, 0.0)).contains(&true), "a centimetre a second");
         for turn in [0.02, -0.02] {

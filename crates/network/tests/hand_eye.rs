@@ -100,7 +100,7 @@ fn the_fit_names_the_height_and_nothing_else() {
 }
 
 #[test]
-fn a_robot_that_never_turns_tells_no_mount() {
+fn a_robot_that_never_turns_does_not_determine_the_mount() {
     let robots: Vec<Se3> = (0..5).map(|k| at(0.1 * f64::from(k), 0.0, 0.0)).collect();
     let error = closed_form(&robots, &robots, 0.0).unwrap_err();
     assert!(error.to_string().contains("never turned"));

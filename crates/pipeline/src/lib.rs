@@ -1,5 +1,5 @@
 //! From messages to results: every pipeline is written once, as a machine that takes messages in the order of their arrival
-//! and can be asked at any moment.
+//! and can be queried at any time.
 //!
 //! ```text
 //! message -> order (bounded lateness, default 0) -> machine: push, state, snapshot, finish -> result + findings

@@ -67,7 +67,7 @@ pub struct Detections {
     pub corners: Vec<(usize, f64, f64, f64)>,
 }
 
-/// A pose of the vehicle in the map that somebody gives, with what it is worth.
+/// A pose of the vehicle in the map that somebody gives, with its covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StartPose {
     /// Time [s].

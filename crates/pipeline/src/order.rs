@@ -9,7 +9,7 @@
 //! left out and counted by reason, never silently:
 //!
 //! - late: its stamp is not after that of the message of its stream that was passed on before;
-//! - far ahead: a stamp `LEAP` ahead of all before is believed only when a later message is later still; when the next one
+//! - far ahead: a stamp `LEAP` ahead of all before is accepted only if a later message is later still; when the next one
 //!   is back where it was, the leaper is dropped. A real pause in a recording passes, a single wrong stamp does not.
 //!
 //! At most `MOST` messages wait; beyond that the oldest goes first.

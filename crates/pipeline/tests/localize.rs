@@ -1,4 +1,4 @@
-//! Drives localized message by message: against the truth, with motions in time, late and out of order.
+//! Drives localized message by message: against the ground truth, with motions in time, late and out of order.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -60,7 +60,7 @@ fn strips_of_tape_place_the_vehicle_to_a_centimetre() {
 }
 
 #[test]
-fn a_fix_is_of_the_end_of_its_scan_and_the_covariance_is_honest() {
+fn a_fix_is_of_the_end_of_its_scan_and_the_covariance_is_consistent() {
     let truth = Truth::new();
     let mut mean = 0.0;
     for seed in 0..6 {
@@ -114,7 +114,7 @@ fn events_tell_of_each_scan_once_and_of_every_correction() {
 }
 
 #[test]
-fn arrival_that_jitters_costs_neither_accuracy_nor_honesty() {
+fn arrival_that_jitters_costs_neither_accuracy_nor_consistency() {
     let truth = Truth::new();
     let mut mean = 0.0;
     for seed in 10..14 {

@@ -22,7 +22,7 @@ pub enum Error {
     /// The work was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// What was asked for cannot be reached by any plan.
+    /// What was requested cannot be reached by any plan.
     #[error("{0}")]
     Unreachable(String),
 }

@@ -1,4 +1,4 @@
-//! Where to drive such that what is calibrated or mapped becomes as accurate as asked for in the least distance.
+//! Where to drive such that what is calibrated or mapped becomes as accurate as required in the least distance.
 
 pub mod camera;
 pub mod error;

@@ -52,7 +52,7 @@ impl CalibrateVehicle {
         self.core.push(Message::Wheels(WheelReading { stamp, positions }));
     }
 
-    /// Odometry of the vehicle that stands for its wheels.
+    /// Odometry of the vehicle that represents its wheels.
     fn push_odometry(&mut self, stamp: f64, x: f64, y: f64, theta: f64) {
         let odometry = Odometry { stamp, pose: Se2::new(x, y, theta) };
         if let Some(reading) = self.made.push(&odometry) {
@@ -79,7 +79,7 @@ impl CalibrateVehicle {
         py.detach(|| self.core.push(Message::Scan { scanner: 0, scan }));
     }
 
-    /// Readings of the wheels, sights of the sensor, scans kept, whether the wheels stand.
+    /// Readings of the wheels, observations of the sensor, scans kept, whether the wheels stand.
     fn state(&self) -> (usize, usize, usize, bool) {
         let state = self.core.state();
         (state.readings, state.sights, state.kept, state.stands)

@@ -110,7 +110,7 @@ fn camera_plan(
     Ok(content.to_string())
 }
 
-/// The drives that people use, best first.
+/// Common trajectories, best first.
 #[pyfunction]
 fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> PyResult<String> {
     let (stage, noise) = (parse::<StageSpec>(stage)?.stage()?, parse::<Noise>(noise)?);
@@ -118,7 +118,7 @@ fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> Py
     Ok(Value::from(ranked.iter().map(judged).collect::<Vec<_>>()).to_string())
 }
 
-/// A drive that people use, tried out.
+/// A common trajectory, tried out.
 #[pyfunction]
 #[pyo3(signature = (stage, motion, distance, tries, token=None))]
 fn camera_trials(

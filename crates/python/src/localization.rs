@@ -205,7 +205,7 @@ impl Localizer {
         quality(py, &self.0.quality())
     }
 
-    /// Landmarks found on the way that hold the pose, and those on trial.
+    /// Landmarks found during the drive that constrain the pose, and those on trial.
     fn found(&self) -> (usize, usize) {
         self.0.found()
     }

@@ -125,7 +125,7 @@ impl Localize {
         Ok(Self(made.map_err(invalid)?))
     }
 
-    /// The fixes that are new or were set right.
+    /// The fixes that are new or were corrected.
     fn push_scan(
         &mut self,
         py: Python<'_>,

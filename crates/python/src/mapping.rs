@@ -73,7 +73,7 @@ impl Mapper {
         Ok(Self { map: Some(map.map_err(|e| invalid(e.to_string()))?), made })
     }
 
-    /// Odometry; of a vehicle, that which stands for its wheels.
+    /// Odometry; of a vehicle, that which represents its wheels.
     fn push_odometry(&mut self, py: Python<'_>, stamp: f64, x: f64, y: f64, theta: f64) -> PyResult<()> {
         let odometry = Odometry { stamp, pose: Se2::new(x, y, theta) };
         let message = match &mut self.made {

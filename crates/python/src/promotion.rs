@@ -1,4 +1,4 @@
-//! `groma.promotion`: landmark maps in, the one with what lasts out.
+//! `groma.promotion`: landmark maps in, the promoted map out.
 
 use crate::findings::to_list;
 use crate::localization::{Table, to_map};

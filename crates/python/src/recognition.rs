@@ -117,6 +117,6 @@ fn word(verdict: Verdict) -> &'static str {
         Verdict::NoOverlap => "the views disagree",
         Verdict::TooLittle => "too little in common view",
         Verdict::Ambiguous => "it fits in two places",
-        Verdict::Slides => "nothing holds it along a direction",
+        Verdict::Slides => "a direction is unconstrained",
     }
 }

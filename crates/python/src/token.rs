@@ -13,7 +13,7 @@ pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Token>()
 }
 
-/// Cancels long work, and tells how far it is.
+/// Cancels long work, and reports its progress.
 #[pyclass(frozen)]
 #[derive(Default)]
 pub(crate) struct Token(pub(crate) Core);

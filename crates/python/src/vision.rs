@@ -56,7 +56,7 @@ fn to_python<'py>(py: Python<'py>, place: usize, found: &Found) -> FoundPanel<'p
     )
 }
 
-/// A tag: number, bits mended, margin, corners (8).
+/// A tag: number, bits corrected, margin, corners (8).
 type FoundTag = (u32, u32, f64, [f64; 8]);
 
 /// All tags of a family in an image (height, width), by the detector alone.

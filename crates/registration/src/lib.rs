@@ -2,7 +2,7 @@
 //!
 //! The pieces are orthogonal: [`surface_scan`] turns readings into points with normals, [`surface_map`] and
 //! [`polar_view`] answer nearest-surface queries, [`correlative`] searches wide without a good start,
-//! [`point_to_line`] refines to the optimum with a covariance, [`polar_view`] tells what two views say of each other.
+//! [`point_to_line`] refines to the optimum with a covariance, [`polar_view`] tells whether two views agree.
 //! [`grid_surfaces`] makes surfaces of an occupancy grid.
 //! Where every tenth of a millimetre counts, [`mutual`] registers the [`contour`]s of two scans to each other.
 

@@ -8,7 +8,7 @@
 //! cost = sum rho(r / s),  rho Cauchy's loss, s = 1.48 median |r|
 //! ```
 //!
-//! **Covariance.** Readings on one piece of wall share errors: the line they are held against, the texture, what stands
+//! **Covariance.** Readings on one piece of wall share errors: the line they are compared with, the texture, what stands
 //! before it. Those within a cell of `PATCH` metres are taken as one measurement, cells as independent:
 //!
 //! ```text

@@ -10,7 +10,7 @@
 //!
 //! `rho` is Cauchy's loss, its scale `s` the robust spread of the residuals of the iteration (1.48 times the median of
 //! their absolute values, within bounds), so that no scanner has to be described. `rho_t` is Student's loss on the
-//! prior: odometry that jumps loses its say when the scan speaks clearly. The radius of the search for surfaces shrinks
+//! prior: odometry that jumps loses its weight where the scan is decisive. The radius of the search for surfaces shrinks
 //! from iteration to iteration.
 //!
 //! **Covariance.** `information = independence / s^2 * sum w_i J_i^T J_i`, without the prior. Readings of one
@@ -44,13 +44,13 @@ pub(crate) const MOST_ITERATIONS: usize = 20;
 /// Steps smaller than this end the iteration [m], [rad].
 const NEGLIGIBLE: (f64, f64) = (2e-4, 2e-5);
 
-/// What can be asked for its nearest surface.
+/// What can be requested its nearest surface.
 pub trait Surfaces {
     /// The nearest surface point and its normal within `radius` of `p`, seen from the side that `normal` tells (any if zero).
     fn nearest(&self, p: Vector2<f64>, normal: Vector2<f64>, radius: f64) -> Option<(Vector2<f64>, Vector2<f64>)>;
 }
 
-/// What is believed of the pose before the scan is looked at.
+/// Prior of the pose.
 #[derive(Clone, Debug)]
 pub struct Prior {
     /// The expected pose.

@@ -1,7 +1,7 @@
 //! One scan as it was seen: from where, in which direction, how far.
 //!
 //! Kept in order of bearing it answers two questions cheaply, without a grid: which surface is nearest to a point (for
-//! scan-to-scan registration), and what the scan says of a point: on a surface, seen through (the beam went past it),
+//! scan-to-scan registration), and how the scan classifies a point: on a surface, seen through (the beam went past it),
 //! hidden behind a surface, or not in view. A beam without return says nothing: glass and black walls give none.
 
 use crate::point_to_line::{NORMAL_AGREEMENT, Surfaces};
@@ -16,7 +16,7 @@ const AGREES: (f64, f64) = (0.12, 0.015);
 /// How far before the surface a point must lie to be called seen through: this, plus a share of the range.
 const THROUGH: (f64, f64) = (0.3, 0.03);
 
-/// What a view says of a point.
+/// Classification of a point by a view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visibility {
     /// The point lies on a surface that was seen.
@@ -89,7 +89,7 @@ impl PolarView {
         beams.map(|(laser, beam)| (laser.translation, (laser.rotation * beam).act(Vector2::x())))
     }
 
-    /// What this view says of a point in the vehicle frame.
+    /// Classification by this view of a point in the vehicle frame.
     #[must_use]
     pub fn visibility(&self, p: Vector2<f64>) -> Visibility {
         let q = self.laser.inverse().act(p);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_step_by_step_are_those_that_are_asked_for_one_by_one() {
+    fn beams_step_by_step_are_those_that_are_requested_one_by_one() {
         let mut geometry = *view().ranges().1;
         geometry.time_increment = 0.001;
         let scan = LaserScan { stamp: 0.0, geometry, ranges: vec![2.0; 181], intensities: vec![] };

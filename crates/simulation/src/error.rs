@@ -22,9 +22,9 @@ pub enum SimulationError {
     /// Nobody has drawn this scene.
     #[error("no {kind} is called {name:?}: try one of {names}", names = known.join(", "))]
     UnknownScene {
-        /// What was asked for: a scene, a network of cameras.
+        /// What was requested: a scene, a network of cameras.
         kind: &'static str,
-        /// The name that was asked for.
+        /// The name that was requested.
         name: String,
         /// The names there are.
         known: &'static [&'static str],
@@ -58,7 +58,7 @@ pub enum SimulationError {
         /// Where [m].
         y: f64,
     },
-    /// The errors asked for do not lead to the final error asked for.
+    /// The errors requested do not lead to the final error requested.
     #[error("no scale of the wheel errors makes the odometry end {0} m from the truth: give it errors to scale")]
     FinalError(f64),
 }

@@ -47,7 +47,7 @@ pub struct Scenario {
     pub scanner: Scanner,
     /// What is wrong with its wheels.
     pub wheels: WheelErrors,
-    /// Odometry and joints are given out every so many steps of the drive.
+    /// Odometry and joints are reported every so many steps of the drive.
     pub odometry_every: usize,
     /// How often the odometry stalls.
     pub stalls: usize,

@@ -1,7 +1,7 @@
 //! From a scenario to a recording and its truth.
 //!
-//! The vehicle drives the route of the building; its body, a circle, must touch nothing. Odometry and joints are given
-//! out at the steps of the drive, sweeps begin every `period` seconds as long as they end before the drive does. Stalls
+//! The vehicle drives the route of the building; its body, a circle, must touch nothing. Odometry and joints are
+//! reported at the steps of the drive, sweeps begin every `period` seconds as long as they end before the drive does. Stalls
 //! are placed at moments of motion, half of them where the vehicle turns fastest, and never overlap.
 
 use crate::drive::{Drive, Route, Stall, WheelReadings};
@@ -29,7 +29,7 @@ pub struct Simulated {
     pub scans: Vec<LaserScan>,
     /// `T_world_base` at the stamp of each sweep.
     pub scan_poses: Vec<Se2>,
-    /// Odometry given out.
+    /// Reported odometry.
     pub odometry: Vec<Odometry>,
     /// Joint positions at the stamps of the odometry [rad].
     pub joints: Vec<[f64; 2]>,
@@ -104,7 +104,7 @@ fn sweeps(
     scenario.scanner.sweeps(caster, base_at, (scenario.start, drive.duration()), &mut random, token)
 }
 
-/// The step whose odometry is given out at step `k`: an earlier one during a stall.
+/// The step whose odometry is reported at step `k`: an earlier one during a stall.
 fn seen(k: usize, drive: &Drive, stalls: &[Stall], every: usize) -> usize {
     let t = k as f64 * drive.step;
     let frozen = stalls.iter().find(|stall| t >= stall.start && t < stall.start + stall.duration);

@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_drive_tells_no_offset() {
+    fn a_straight_drive_does_not_determine_the_offset() {
         let mut offset = Offset::default();
         for _ in 0..200 {
             offset.learn(&Se2::new(0.1, 0.0, 0.0), &Se2::new(0.1, 0.0, 0.0), 0.005);

@@ -17,7 +17,7 @@ use crate::image::Gray;
 use apriltag_sys as sys;
 use nalgebra::Vector2;
 
-/// Bits of a code that may be wrong and are mended.
+/// Bits of a code that may be wrong and are corrected.
 const MENDED_BITS: i32 = 1;
 
 /// Sides below have no tag, and the library reads beyond their end [pixel].
@@ -43,7 +43,7 @@ pub enum Family {
 pub struct Tag {
     /// Its number.
     pub id: u32,
-    /// Bits of its code that were mended.
+    /// Bits of its code that were corrected.
     pub mended: u32,
     /// Mean distance of the bits from the threshold [grey]: small when it is hardly legible.
     pub margin: f64,

@@ -8,7 +8,7 @@ pub enum VisionError {
     /// Nobody has drawn these tags.
     #[error("no family of tags is called {name:?}: there are {known}")]
     UnknownFamily {
-        /// What was asked for.
+        /// What was requested.
         name: String,
         /// The names there are.
         known: String,
@@ -18,7 +18,7 @@ pub enum VisionError {
     Border {
         /// Name of the family.
         family: &'static str,
-        /// What was asked for.
+        /// What was requested.
         border: u32,
     },
     /// The pixels do not fill the image.

@@ -3,7 +3,7 @@
 //! A tag counts when it belongs to the grid, is seen once, its code is legible ([`Options::least_margin`]), its shortest
 //! edge is long enough and its corners keep away from the border of the image. Each corner is then fitted
 //! ([`mod@crate::corner`]) in a disc that keeps clear of the bits inside the border and of the tags beside. For lone squares
-//! (a border of one module) the crossing of the lines that the detector fits along whole edges is worth more than a disc,
+//! (a border of one module) the crossing of the lines that the detector fits along whole edges is more accurate than a disc,
 //! and the two are joined by their weights; where they disagree, the lens bends the lines, and the disc decides. In
 //! Kalibr's grids other squares touch the corners and the lines may go astray: there the disc alone counts, and a corner
 //! that cannot be fitted is left out. Tags that the detector missed are looked for where the others say

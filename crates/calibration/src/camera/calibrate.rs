@@ -2,7 +2,7 @@
 //!
 //! 1. Views with too few corners, or whose corners no pose explains, are left out.
 //! 2. A start; joint refinement; corners left out by X84, twice; mirrored poses tried again until none is better.
-//! 3. Refusal, when the panel never turned, a direction is not held, or the focal length stays uncertain.
+//! 3. Refusal, when the panel never turned, a direction is not determined, or the focal length stays uncertain.
 //! 4. `s^2 = |r|^2 / dof`, covariance `s^2 S^-1` of the parameters, `s^2 (W^-1 + W^-1 V^T S^-1 V W^-1)` of the poses.
 //! 5. Halves against each other: the covariance times `max(1, factor)^2` is the one to pass on.
 
@@ -43,7 +43,7 @@ pub struct CameraCalibration {
     pub rms_all: f64,
     /// Residuals less unknowns.
     pub dof: usize,
-    /// What halves of the images say of the covariance.
+    /// Check of the covariance by split halves of the images.
     pub honesty: Honesty,
     /// One a view given; nothing for those left out.
     pub views: Vec<Option<ViewResult>>,
@@ -221,7 +221,7 @@ fn turned(work: &Work) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// What is known of the parameters, or the direction that is not held, in words.
+/// What is known of the parameters, or the direction that is not determined, in words.
 fn held(work: &Work) -> Result<Knowledge, Refusal> {
     let lens = work.state.camera.lens();
     let found = knowledge(&work.state, &work.views).ok_or(Refusal::NotSettled { lens: lens.name() })?;

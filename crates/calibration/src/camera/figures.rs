@@ -55,7 +55,7 @@ impl CameraCalibration {
         normals.iter().enumerate().map(turned).fold(0.0, f64::max)
     }
 
-    /// Which parameters are known worst in combination, and the share of that combination of their common scatter.
+    /// The most strongly correlated parameters, and the share of that combination of their common scatter.
     #[must_use]
     pub fn weak_direction(&self) -> (Vec<usize>, f64) {
         weak_direction(&self.covariance)

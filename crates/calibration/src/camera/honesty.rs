@@ -1,4 +1,4 @@
-//! Whether the formal covariance may be believed: halves of the images calibrated against each other.
+//! Check of the formal covariance: halves of the images calibrated against each other.
 //!
 //! Every split draws half of the images, calibrates both halves from the whole's answer, and compares them in units of
 //! their own claims:

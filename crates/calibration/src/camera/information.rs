@@ -1,4 +1,4 @@
-//! What the views tell of the parameters: information with the poses eliminated, covariance, weak directions, views that
+//! Information of the views about the parameters: information with the poses eliminated, covariance, weak directions, views that
 //! tell most.
 
 use super::adjust::{State, blocks, reduced};
@@ -7,7 +7,7 @@ use super::view::View;
 use groma_models::Token;
 use nalgebra::{DMatrix, DVector, Matrix6, SMatrix};
 
-/// Share of the largest eigenvalue of the scaled information at which a direction counts as not held.
+/// Share of the largest eigenvalue of the scaled information at which a direction counts as not determined.
 const WEAK: f64 = 1e-14;
 
 /// What is known of the parameters at a state.
@@ -18,7 +18,7 @@ pub(super) struct Knowledge {
     pub covariance: DMatrix<f64>,
 }
 
-/// Knowledge, or the direction that is not held.
+/// Knowledge, or the direction that is not determined.
 pub(super) fn knowledge(state: &State, views: &[View]) -> Option<Result<Knowledge, DVector<f64>>> {
     let blocks = blocks(state, views)?;
     let count = state.camera.count();

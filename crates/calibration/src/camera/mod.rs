@@ -7,7 +7,7 @@
 //!
 //! Each panel in each image has a pose of its own: panels need not be rigid on each other. Assumes flat panels, corners
 //! with independent errors, a lens that the model fits; the split halves tell when one of these does not hold.
-//! [`panel_pose()`] is what a calibrated camera says of a panel.
+//! [`panel_pose()`] is the pose of a panel from a calibrated camera.
 
 mod adjust;
 mod calibrate;

@@ -14,7 +14,7 @@ pub struct Options {
     pub most_views: usize,
     /// Corners farther from the median residual than this many median deviations are left out (5.2 is the X84 rule).
     pub rejection: f64,
-    /// Largest standard deviation of the focal length that is given out, as a share of it.
+    /// Largest standard deviation of the focal length that is reported, as a share of it.
     pub focal_tolerance: f64,
     /// How often the images are split into halves.
     pub splits: usize,

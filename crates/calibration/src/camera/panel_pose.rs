@@ -27,7 +27,7 @@ use groma_models::Camera;
 use nalgebra::{Matrix3, Matrix6, Rotation3, SMatrix, UnitQuaternion, Vector2, Vector3, Vector6};
 use std::convert::Infallible;
 
-/// Ratio of squared errors from which the better of two poses is believed.
+/// Ratio of squared errors from which the better of two poses is accepted.
 pub const DECIDED: f64 = 2.0;
 /// Rotations closer than this are the same [rad].
 const SAME: f64 = 1e-3;

@@ -23,7 +23,7 @@ pub enum Refusal {
     /// The panel faces the same way in all views.
     #[error(
         "the panel faces the same way in all {views} views (within {spread_deg:.1} deg): focal length and distance cannot \
-         be told apart; tilt or turn it by 20 to 45 deg between views, or use panels at different angles"
+         be distinguished; tilt or turn it by 20 to 45 deg between views, or use panels at different angles"
     )]
     OneAngle {
         /// Number of views.
@@ -43,7 +43,7 @@ pub enum Refusal {
         /// What would help.
         advice: &'static str,
     },
-    /// A direction of the parameters is not held at all.
+    /// A direction of the parameters is not determined at all.
     #[error("the views do not hold {direction}: tilt the panel more, and let it be seen all over the image")]
     Weak {
         /// The direction in words.

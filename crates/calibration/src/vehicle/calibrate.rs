@@ -4,7 +4,7 @@
 //! motions within the log -> closed form -> likelihood -> covariance -> tests, weak directions, held-out errors
 //! ```
 //!
-//! A tricycle is estimated with one steering offset and with two; an asymmetry is believed when its Wald statistic says
+//! A tricycle is estimated with one steering offset and with two; an asymmetry is accepted if its Wald statistic says
 //! so and the drive holds it: too little driving backward must not make one up.
 
 use super::error::Error;
@@ -57,7 +57,7 @@ pub struct Calibration {
     pub weights: Vec<f64>,
     /// Questions to the residuals.
     pub tests: Vec<Test>,
-    /// Directions that are not held.
+    /// Directions that are not determined.
     pub weak: Vec<Weak>,
     /// Prediction of motions that were not used.
     pub held_out: Option<HeldOut>,
@@ -192,7 +192,7 @@ impl Judged {
         self.fit.numbers().saturating_sub(self.observed.rank)
     }
 
-    /// Squared residuals made white by the stated noise, without weights.
+    /// Squared residuals whitened by the stated noise, without weights.
     fn chi_square(&self) -> f64 {
         self.fit.noise.whitener.columns(&self.fit.residuals).iter().map(Vector3::norm_squared).sum()
     }
@@ -294,7 +294,7 @@ fn words_on_asymmetry(asymmetry: &Asymmetry, believed: bool, model: Option<Model
             Some("whether steering differs between forward and backward is not seen: drive arcs both ways".into())
         }
         (Some(_), false, None) if asymmetry.sigma > 0.01 => {
-            Some(format!("{size}: too uncertain to be believed, drive more arcs both ways"))
+            Some(format!("{size}: too uncertain, drive more arcs both ways"))
         }
         _ => None,
     }

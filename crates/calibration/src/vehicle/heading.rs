@@ -81,7 +81,7 @@ pub fn symmetric(rows: &[Row]) -> Option<Complex<f64>> {
     two_unknowns(rows.iter().map(to_row)).map(|p| Complex::new(p.x, p.y))
 }
 
-/// `p` forward and backward of an asymmetric tricycle, of equal length; nothing when one of them is not held.
+/// `p` forward and backward of an asymmetric tricycle, of equal length; nothing when one of them is not determined.
 #[must_use]
 pub fn asymmetric(rows: &[Row]) -> Option<[Complex<f64>; 2]> {
     let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());

@@ -1,10 +1,10 @@
 //! Residuals of all motions, and the normal equations of a Gauss-Newton step.
 //!
 //! ```text
-//! N = sum W_k^T W_k,   g = sum W_k^T y_k,   step: N dx = g       y, W residual and design, made white
+//! N = sum W_k^T W_k,   g = sum W_k^T y_k,   step: N dx = g       y, W residual and design, whitened
 //! ```
 //!
-//! They are made white first ([`super::whitener`]). Weights come after: y given what was before is what an outlier makes large,
+//! They are whitened first ([`super::whitener`]). Weights come after: y given what was before is what an outlier makes large,
 //! and what a weight makes small.
 
 use super::motions::{Motions, Segments};

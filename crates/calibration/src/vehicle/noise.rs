@@ -1,6 +1,6 @@
-//! Covariances of the residuals: of the motions, plus what slip and unseen steering add.
+//! Covariances of the residuals: of the motions, plus what slip and unmeasured steering add.
 //!
-//! Where motions have no covariance, one matrix for all is estimated, which then stands for everything.
+//! Where motions have no covariance, one matrix for all is estimated, which then represents everything.
 
 use super::motions::{Motion, Motions, Segments};
 use super::options::Options;
@@ -39,7 +39,7 @@ pub struct SharedSteering {
 pub struct SteeringLink {
     /// Derivative of the residual by the steering error at the start of the motion.
     pub by_start: Vector3<f64>,
-    /// What is left of that error at the start of the next motion.
+    /// Residual of that error at the start of the next motion.
     pub keep: f64,
     /// Variance of what has come to it by then [rad^2].
     pub fresh: f64,

@@ -1,8 +1,8 @@
-//! What a drive leaves open, and its names in words.
+//! Parameters that a drive does not determine, and their names in words.
 //!
-//! A direction of the parameters is weak when its error is beyond use, that of a tape measure: a
+//! A direction of the parameters is weak when its error is too large to be useful, that of a tape measure: a
 //! decimetre, three degrees, a tenth of a radius, a fifth of a second. In
-//! these units the information has eigenvalue 1 or less there. The weak directions are told by their simplest basis
+//! these units the information has eigenvalue 1 or less there. The weak directions are reported by their simplest basis
 //! (reduced row echelon form), and are left out of the covariance.
 //!
 //! What to drive is said by rules on which parameters a direction has, and on what was driven. Derivation and the
@@ -22,7 +22,7 @@ const LEAST_TURN: f64 = 0.1;
 /// A direction that the data do not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weak {
-    /// Parts of the free parameters in units of an error beyond use, of unit length.
+    /// Parts of the free parameters in units of an error too large to be useful, of unit length.
     pub direction: DVector<f64>,
     /// Which they are, and what to drive.
     pub words: String,
@@ -104,7 +104,7 @@ fn weak(direction: DVector<f64>, names: &[&str], driven: &Driven) -> Weak {
         names.iter().zip(direction.iter()).filter(|(_, v)| v.abs() > limit).map(|(n, _)| *n).collect();
     let what = match parts.as_slice() {
         [one] => format!("{one} is not observed"),
-        [first @ .., last] => format!("{} and {last} can change together unseen", first.join(", ")),
+        [first @ .., last] => format!("{} and {last} can change together without effect", first.join(", ")),
         [] => String::new(),
     };
     Weak { words: format!("{what}: {}", advice(&parts, driven)), direction }

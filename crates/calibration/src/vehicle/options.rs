@@ -25,7 +25,7 @@ pub struct Options {
     pub noise: WheelNoise,
     /// Parts of the motions that are held out in turn; 0 leaves this out.
     pub folds: usize,
-    /// Level at which an asymmetry of the steering is believed.
+    /// Level at which an asymmetry of the steering is accepted.
     pub asymmetry_level: f64,
     /// An asymmetry less certain than this is not believed whatever its size [rad].
     pub asymmetry_sigma_max: f64,

@@ -92,7 +92,7 @@ impl Vehicle {
     }
 
     /// With steering offsets within a quarter turn: scale and offset say the same with the other sign and half a turn
-    /// more, and a wheel that counts backward is told from its scale.
+    /// more, and a wheel that counts backward is recognised by its scale.
     #[must_use]
     pub fn upright(self) -> Self {
         let Drive::Tricycle(t) = self.drive else { return self };

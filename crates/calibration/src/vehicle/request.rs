@@ -25,7 +25,7 @@ impl Default for Request<'_> {
     }
 }
 
-/// The model that was asked for, or the one of the log's kind of wheels.
+/// The model that was requested, or the one of the log's kind of wheels.
 pub(super) fn model(log: &WheelLog, request: &Request<'_>) -> Result<Model, Error> {
     let model = match (request.model, log.kind()) {
         (Some(model), _) => model,

@@ -9,7 +9,7 @@
 //!
 //! and a weighted step, in turn until nothing moves; the noise of the wheels is that of the vehicle so far, so that it is
 //! that of the estimate in the end. The likelihood rises in every turn. With couplings r is what a
-//! residual has beyond what the one before tells of it, and S its covariance. The divisor `sum(w)`, which is the number
+//! residual has beyond what the one before predicts of it, and S its covariance. The divisor `sum(w)`, which is the number
 //! of residuals in the end, makes this a few turns (Kent, Tyler, Vardi, Comm. Statist. Simul. 23 (1994)).
 //! Not by `estimation::levenberg_marquardt`: weights, scale and covariances are of another problem after every step, so
 //! costs do not compare from turn to turn; within a turn a step is halved until the weighted squares do not rise. Minimising
@@ -72,7 +72,7 @@ pub struct Fit {
     pub segments: Segments,
     /// Residuals as they are.
     pub residuals: Vec<Vector3<f64>>,
-    /// Rows made white with the stated covariance and the weights, not with the scale.
+    /// Rows whitened with the stated covariance and the weights, not with the scale.
     pub white: Vec<Row>,
     /// What the residuals scatter like.
     pub noise: Noise,

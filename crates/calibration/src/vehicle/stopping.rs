@@ -21,7 +21,7 @@ impl Calibration {
         (0..self.layout.len()).map(part).collect()
     }
 
-    /// Half-widths of intervals of the free parameters, each by itself; infinite for what is not held.
+    /// Half-widths of intervals of the free parameters, each by itself; infinite for what is not determined.
     #[must_use]
     pub fn half_widths(&self, confidence: f64) -> Vec<f64> {
         let factor = factor(confidence, self.interval_dof, 1);

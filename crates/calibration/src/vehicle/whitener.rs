@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3};
 #[derive(Clone, Debug)]
 pub struct Whitener(Vec<Link>);
 
-/// How a residual is made white, and what it tells of the next.
+/// How a residual is whitened, and its effect on the next.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     inverse: Matrix3<f64>,

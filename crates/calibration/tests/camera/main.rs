@@ -76,7 +76,7 @@ fn the_covariance_holds_over_many_configurations() {
 }
 
 /// A quotient of polynomials is told so weakly that a covariance of first order is too small: NEES/n 1.58. To be turned round when
-/// it is mended. Farther away some runs are refused.
+/// it is corrected. Farther away some runs are refused.
 #[test]
 #[ignore = "minutes"]
 #[should_panic(expected = "too small for the rational lens")]

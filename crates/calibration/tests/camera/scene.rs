@@ -23,7 +23,7 @@ pub fn camera(lens: Lens) -> Camera {
         Lens::Rational => &[0.5, 0.1, 0.001, -0.0005, 0.02, 0.8, 0.2, 0.05],
         Lens::Equidistant => &[0.02, -0.01, 0.004, -0.0005],
     };
-    // Both are lenses of wide cameras: in a narrow view the six radial terms of the rational one cannot be told apart.
+    // Both are lenses of wide cameras: in a narrow view the six radial terms of the rational one cannot be distinguished.
     let focal = if matches!(lens, Lens::Equidistant | Lens::Rational) { 300.0 } else { 600.0 };
     let parameters = [&[focal, 1.01 * focal, 325.0, 236.0], coefficients].concat();
     Camera::new(640, 480, lens, parameters).unwrap()

@@ -102,7 +102,7 @@ pub fn grid(count: usize, from: f64, to: f64, beta: f64) -> Vec<Arc> {
 /// Time between readings on an arc, about [s].
 const BETWEEN: f64 = 0.2;
 
-/// Arcs with stops between, at a metre a second, as a log of readings and the times of the arcs.
+/// Arcs with stops between, at a metre per second, as a log of readings and the times of the arcs.
 pub fn stop_and_go(vehicle: &Vehicle, arcs: &[Arc]) -> (WheelLog, Vec<(f64, f64)>) {
     let (mut time, mut readings, mut spans) = (Vec::new(), Vec::new(), Vec::new());
     let (mut now, mut counts) = (0.0, Vector2::zeros());

@@ -100,7 +100,7 @@ impl<T: Real> Udu<T> {
         self.covariance_block(0, 0, self.len(), self.len())
     }
 
-    /// The last block of the head after `x' = F x + w`, `w ~ N(0, S S^T)`; no F stands for the identity.
+    /// The last block of the head after `x' = F x + w`, `w ~ N(0, S S^T)`; no F means the identity.
     ///
     /// Thornton's update by modified weighted Gram-Schmidt, of the robot's rows alone.
     ///

@@ -1,7 +1,7 @@
 //! Up to eight neighbouring rows of the triangle, column by column, so that loops over rows are loops over lanes.
 //!
 //! Column j of a panel holds the entries of its rows in that column: eight numbers side by side; lanes without a row and
-//! entries beyond the diagonal are zero, and stay zero under [`Panel::sweep`] without being asked for.
+//! entries beyond the diagonal are zero, and stay zero under [`Panel::sweep`] by themselves.
 
 use super::Real;
 use nalgebra::DMatrix;

@@ -64,7 +64,7 @@ impl Pair {
         self.i != other.i && self.j != other.j && apart.abs() <= tolerance
     }
 
-    /// Whether `p` and `q` turn about self in the same sense in both sets, as far as that can be told.
+    /// Whether `p` and `q` turn about self in the same sense in both sets, as far as that can be decided.
     fn turns_alike(&self, p: &Self, q: &Self, tolerance: f64) -> bool {
         let (of_a, clear_a) = sense(p.a - self.a, q.a - self.a, tolerance);
         let (of_b, clear_b) = sense(p.b - self.b, q.b - self.b, tolerance);

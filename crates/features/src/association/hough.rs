@@ -22,7 +22,7 @@ use std::f64::consts::{PI, TAU};
 const MOST_CELLS: f64 = 4e6;
 /// Most steps of theta.
 const MOST_TURNS: f64 = 1440.0;
-/// Motions kept of one theta, and in all, per hypothesis asked for.
+/// Motions kept of one theta, and in all, per requested hypothesis.
 const KEPT: usize = 12;
 
 /// The motions with most votes, best first.

@@ -1,6 +1,6 @@
 //! The ways to associate two sets of landmarks, behind one interface.
 //!
-//! A method proposes motions; all are then refined by one-to-one pairing and least squares in turns, and told apart, by
+//! A method proposes motions; all are then refined by one-to-one pairing and least squares in turns, and distinguished, by
 //! the same code, so that what comes back means the same whatever the method: `T_a_b` with its covariance, and pairs
 //! within the tolerance.
 
@@ -51,7 +51,7 @@ pub struct Found {
 
 /// The motions that a method finds between landmarks a and b, of which i and j may be paired only if `compatible(i, j)`.
 ///
-/// Empty where no motion pairs `min_pairs`, and where a position is not finite. The options are taken to be valid (see
+/// Empty where no motion pairs `min_pairs`, and where a position is not finite. The options are assumed valid (see
 /// [`Options::validate`]).
 #[must_use]
 pub fn associate_by(

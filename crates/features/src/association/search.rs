@@ -7,7 +7,7 @@ use super::votes::elect;
 use groma_geometry::{Se2, So2};
 use nalgebra::{Matrix3, Vector2};
 
-/// Refinements tried for each hypothesis asked for.
+/// Refinements tried for each requested hypothesis.
 const TRIES: usize = 6;
 
 /// A motion between two sets of landmarks, and what it pairs.
@@ -25,7 +25,7 @@ pub struct Hypothesis {
 
 /// The motions that put most landmarks of b onto landmarks of a, most pairs first; positions in metres.
 ///
-/// Empty where no motion pairs `min_pairs`, and where a position is not finite. The options are taken to be valid (see
+/// Empty where no motion pairs `min_pairs`, and where a position is not finite. The options are assumed valid (see
 /// [`Options::validate`]).
 #[must_use]
 pub fn associate(a: &[Vector2<f64>], b: &[Vector2<f64>], options: &Options) -> Vec<Hypothesis> {
@@ -133,7 +133,7 @@ impl<F: Fn(usize, usize, &Se2) -> bool> Search<'_, F> {
         self.distinct(found)
     }
 
-    /// The first of every group of like hypotheses, as many as asked for.
+    /// The first of every group of like hypotheses, as many as requested.
     fn distinct(&self, found: Vec<Hypothesis>) -> Vec<Hypothesis> {
         let mut kept: Vec<Hypothesis> = Vec::new();
         for hypothesis in found {

@@ -11,7 +11,7 @@
 //! corner:   Cov = A^-1 [[v_1, v_12], [v_12, v_2]] A^-T + (g^2 + h^2) I,   g = rho d / 8,   h = 5 s^2 / r
 //! ```
 //!
-//! The first term is first order in the noise, for arms whose points are rightly told apart. They are not quite: the
+//! The first term is first order in the noise, for arms whose points are rightly distinguished. They are not quite: the
 //! corner lies somewhere between two beams and its own point is put into both lines (g), and noise makes another beam
 //! than the nearest the peak, so that points of one arm, over a length of the order of the noise, are fitted with the
 //! other (h, second order; s the larger of sigma and s_k). The factors 1/8 and 5 are from simulated corners of 70 to 140

@@ -1,7 +1,7 @@
 //! Which of the scored beams are corners, by a score that means the same in every scan.
 //!
-//! The published definition compares scores that grow with the number of neighbours, and a threshold that hangs on the worst corner
-//! of the same scan: one ragged object more, and other corners pass. Here
+//! The published definition compares scores that grow with the number of neighbours, and a threshold that depends on the worst
+//! corner of the same scan: one ragged object more, and other corners pass. Here
 //!
 //! ```text
 //! score        sigma_i = (S_L + S_R) / (s/2 pairs),   pairs = N_L (N_L - 1) / 2 + N_R (N_R - 1) / 2;   0 to 1

@@ -4,7 +4,7 @@
 //! d(G, F) = 1/2 sum over b, r of | G(b, r) - F(b, r) |,   0 to 1
 //! ```
 //!
-//! For maps whose headings are known, from a compass or a good odometry say: it tells apart places that are equal but for
+//! For maps whose headings are known, from a compass or a good odometry say: it distinguishes places that are equal but for
 //! a turn, and costs one shift instead of `n_theta`. Histogram and kernel are those of [`Signature`].
 //!
 //! Source: M. Himstedt et al., "Large scale place recognition in 2D LIDAR scans using geometrical landmark relations",

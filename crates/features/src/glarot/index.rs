@@ -11,7 +11,7 @@
 //! The k signatures of least first bound are compared in full, then, of the others that this bound lets pass, the k of least second
 //! bound; the rest in turn where the second bound is within the k-th best distance so far, and only at the shifts where it is. A
 //! signature is left out only if it is farther than k others: the result is that of comparing with all. Equal distances are
-//! told apart by the order of adding.
+//! distinguished by the order of adding.
 //!
 //! Signatures lie end to end in memory, as a query is over sooner than ten thousand of them could be fetched one by one.
 

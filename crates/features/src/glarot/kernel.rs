@@ -4,7 +4,7 @@
 //! [`STEPS`] positions within a cell, so a pair is placed to 1/32 of a bin, and its weights are whole numbers that sum to
 //! [`UNIT`] but for rounding: their products and sums are exact in `f64` for 10^8 pairs.
 
-/// Positions within a bin that are told apart.
+/// Positions within a bin that are distinguished.
 const STEPS: usize = 32;
 /// Weight of a pair along one axis.
 const UNIT: f64 = 4096.0;

@@ -27,7 +27,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// The signature of landmarks at `points` [m]; the options are taken to be valid (see [`Options::validate`]).
+    /// The signature of landmarks at `points` [m]; the options are assumed valid (see [`Options::validate`]).
     ///
     /// With no pair within `rho_max` it is empty: at distance 1 from every other.
     #[must_use]

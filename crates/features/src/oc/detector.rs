@@ -42,7 +42,7 @@ struct Candidate {
 }
 
 impl Detector {
-    /// A detector for scans of `beams` beams; the options are taken to be valid (see [`Options::validate`]).
+    /// A detector for scans of `beams` beams; the options are assumed valid (see [`Options::validate`]).
     #[must_use]
     pub fn new(geometry: BeamGeometry, beams: usize, options: Options) -> Self {
         let layout = Layout::new(&geometry, beams);

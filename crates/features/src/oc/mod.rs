@@ -15,7 +15,7 @@
 //! ```
 //!
 //! Source: Kallasi, Rizzini, Caselli, RA-L 2016; the spectrum is that of Censi, Iocchi, Grisetti, "Scan matching in the
-//! Hough domain", ICRA 2005. Mended against the authors' library: bins for negative rho as well (there, votes beyond
+//! Hough domain", ICRA 2005. Corrected against the authors' library: bins for negative rho as well (there, votes beyond
 //! half of `rho_max` are lost); the search window follows the bearing step of the scan, not that of the spectrum; the
 //! beam itself counts for neither side; beams without a hit are no points; an arm has at least m points (there one stray point
 //! makes an arm); suppression is by distance, and consecutive corners of equal score are not merged; the direction is refined between the steps; a scan that goes all round wraps. The default radius

@@ -2,7 +2,7 @@
 //!
 //! The spectrum is first taken at every fourth direction with bins four times as wide, so that its peak is as many steps
 //! wide as before, and of a dense scan from every other point or fewer, then in full within four steps of the best: an eighth of
-//! the work and a little. Two directions whose energies nearly tie may be told apart otherwise than by the full spectrum.
+//! the work and a little. Two directions whose energies nearly tie may be distinguished otherwise than by the full spectrum.
 
 use super::Options;
 use std::f64::consts::FRAC_PI_2;

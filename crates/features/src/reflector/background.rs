@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn too_few_echoes_tell_nothing() {
+    fn too_few_echoes_give_no_level() {
         assert!(learned((0..15).map(|_| (1.0, 1.0))).is_none());
         assert!(learned((0..100).map(|_| (1.0, 0.0))).is_none());
         assert!(learned((0..100).map(|_| (1.0, f64::NAN))).is_none());

@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn scans_lie_on_each_other_though_the_odometry_errs() {
+    fn scans_lie_on_each_other_though_the_odometry_is_wrong() {
         let mount = Se2::new(0.3, 0.1, 0.4);
         let (mut view, mut truth) = (LocalView::default(), Se2::IDENTITY);
         for _ in 0..10 {

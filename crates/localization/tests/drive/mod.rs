@@ -138,7 +138,7 @@ impl Wheels {
         (Self { calibration: Some(covariance), error: drive, ..Self::good() }, mount)
     }
 
-    /// What the wheels say of a true step `(path, turn)`.
+    /// What the wheels report of a true step `(path, turn)`.
     ///
     /// The drive has two parameters in this hall: the scale of the path, and radians of turn per metre.
     pub fn say(&self, path: f64, turn: f64, draw: &mut Draw) -> Motion {

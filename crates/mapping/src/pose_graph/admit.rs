@@ -10,8 +10,8 @@
 //! with Sigma the joint covariance of its ends without it: the Mahalanobis distance of the error from its prediction,
 //! written so that a rank-deficient `Omega` does no harm. Taking in an edge with `delta <= c^2` lowers the truncated cost.
 //!
-//! `Sigma` of a pair needs that pair in the pattern of the factor, which false edges would fill. So an edge is first held
-//! against a bound that needs only the covariance of each end: `S <= 2 J_i Sigma_i J_i^T + 2 J_j Sigma_j J_j^T`.
+//! `Sigma` of a pair needs that pair in the pattern of the factor, which false edges would fill. So an edge is first
+//! compared with a bound that needs only the covariance of each end: `S <= 2 J_i Sigma_i J_i^T + 2 J_j Sigma_j J_j^T`.
 
 use super::solve::{Solver, State};
 use super::{Edge, Error};

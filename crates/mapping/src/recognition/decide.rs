@@ -1,7 +1,7 @@
 //! Which of the verified motions is a closure.
 //!
 //! The motion with the largest overlap times share is taken; it is refused where views disagree, there is too little to judge
-//! by, another pose of the same place does as well, or it slides along a direction that nothing holds. Two
+//! by, another pose of the same place does as well, or it slides along an unconstrained direction. Two
 //! closures `(a, b)`, `(c, d)` within some metres of drive of b and d agree when
 //!
 //! ```text
@@ -29,7 +29,7 @@ pub enum Verdict {
     TooLittle,
     /// It fits in two places.
     Ambiguous,
-    /// Nothing holds it along some direction.
+    /// Some direction is unconstrained.
     Slides,
 }
 

@@ -54,7 +54,7 @@ pub struct Verified {
     pub check: Check,
 }
 
-/// A scan, and the keyframe its pose hangs on.
+/// A scan, and the keyframe its pose depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     /// Time of the scan [s].
@@ -82,7 +82,7 @@ pub struct Recognizer {
 }
 
 impl Recognizer {
-    /// Nothing seen yet; the options are taken to be valid.
+    /// Nothing seen yet; the options are assumed valid.
     #[must_use]
     pub fn new(options: Options) -> Self {
         Self {

@@ -96,7 +96,7 @@ pub fn truth(simulated: &Simulated, result: &MapResult) -> Vec<Se2> {
     poses.iter().map(|pose| poses[0].between(pose)).collect()
 }
 
-/// Largest error of a list of poses against the truth [m], [rad].
+/// Largest error of a list of poses against the ground truth [m], [rad].
 pub fn worst(truth: &[Se2], estimate: &[Se2]) -> (f64, f64) {
     assert_eq!(truth.len(), estimate.len());
     let errors = truth.iter().zip(estimate).map(|(t, e)| t.between(e));

@@ -1,4 +1,4 @@
-//! Whole drives through small simulated buildings, mapped and held against the truth.
+//! Whole drives through small simulated buildings, mapped and compared with the ground truth.
 #![allow(clippy::unwrap_used)]
 
 mod building;

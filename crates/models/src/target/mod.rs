@@ -27,7 +27,7 @@ pub struct Panel {
     pub quaternion: [f64; 4],
 }
 
-/// Panels that can be told apart.
+/// Panels that can be distinguished.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Target {

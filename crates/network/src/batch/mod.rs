@@ -43,7 +43,7 @@ const LAST_DAMPING: f64 = 1e6;
 /// A step that promises less is the last [chi-square].
 const ENOUGH: f64 = 1e-6;
 
-/// A lens: what is believed of it, and how the calibration states move its parameters.
+/// A lens: its assumed values, and how the calibration states move its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lens {
     /// theta^.
@@ -76,7 +76,7 @@ pub struct Batch {
     pub lenses: Vec<Lens>,
     /// What was seen.
     pub views: Vec<BatchView>,
-    /// The target on the robot as it is believed, and the covariance of mu; zero variances are held.
+    /// The target on the robot as assumed, and the covariance of mu; zero variances are held.
     pub mount: (Se3, Matrix6<f64>),
     /// Standard deviations of a view's slack, position [m] and rotation [rad]; zero for none.
     pub slack: [f64; 2],
@@ -137,7 +137,7 @@ impl Batch {
     /// The estimate of least cost near `start`.
     ///
     /// # Errors
-    /// When the numbers of stops, places and lenses do not fit, nothing holds an unknown, memory runs out, or `token` is
+    /// When the numbers of stops, places and lenses do not fit, an unknown is unconstrained, memory runs out, or `token` is
     /// cancelled.
     pub fn solve(&self, start: State, token: &Token) -> Result<Solution, Error> {
         self.check(&start)?;

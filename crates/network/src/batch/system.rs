@@ -1,4 +1,4 @@
-//! The normal equations in blocks of six: one a stop, a place, a lens, and one for the mount.
+//! The normal equations in blocks of six: one per stop, a place, a lens, and one for the mount.
 //!
 //! Calibration states that a lens does not have, and directions of the mount that are held, get the equation `x = 0`.
 

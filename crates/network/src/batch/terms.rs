@@ -11,7 +11,7 @@ use groma_models::{Camera, Token};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use rayon::prelude::*;
 
-/// What stands for a sigma of zero [m, rad].
+/// What represents a sigma of zero [m, rad].
 const EXACT: f64 = 1e-6;
 /// x, y and yaw in the tangent of SE(3); z, roll and pitch.
 const PLANE: [usize; 3] = [0, 1, 5];

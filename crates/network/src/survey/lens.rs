@@ -1,7 +1,7 @@
 //! What is uncertain about a lens: the leading principal components of its covariance.
 //!
 //! Parameters have units that cannot be compared; their effect on pixels can. With D the root mean square effect of each
-//! parameter over the image (grid of pixels), the components of `D Cov D` are ranked by how far they move pixels, and
+//! parameter over the image (grid of pixels), the components of `D Cov D` are ranked by how much they move pixels, and
 //! `E = D^-1 V sqrt(Lambda)`: `Cov = E E^T` but for the components left out.
 
 use super::KnownCamera;

@@ -1,6 +1,6 @@
 //! From what a robot and the cameras recorded to the map of the network.
 //!
-//! Messages may come in any order, late and twice: they are sorted and told apart by what they say, so the same set of
+//! Messages may come in any order, late and twice: they are sorted and distinguished by what they say, so the same set of
 //! messages gives the same map. [`Survey::finish`] may be called at any time, for a map of what has come so far.
 //!
 //! ```text

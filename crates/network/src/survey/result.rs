@@ -50,7 +50,7 @@ pub struct NetworkMap {
     pub cameras: Vec<CameraResult>,
     /// Joint covariance of all of them, six rows each as in [`CameraResult::covariance`]; nothing for a large network.
     pub joint: Option<DMatrix<f64>>,
-    /// Number of the halt, pose `T_W_R` and its covariance (position, rotation) at each stop that holds the map.
+    /// Number of the halt, pose `T_W_R` and its covariance (position, rotation) at each stop used in the map.
     pub stops: Vec<(usize, Se3, Matrix6<f64>)>,
     /// Mean time of what was seen at each halt [s].
     pub stamps: Vec<f64>,
@@ -68,7 +68,7 @@ pub struct NetworkMap {
     pub slip: Option<Slip>,
     /// What is left.
     pub residuals: Residuals,
-    /// Unknowns of the batch that are not held by a prior alone.
+    /// Unknowns of the batch that are not determined by a prior alone.
     pub unknowns: usize,
     /// Steps of the batch, and whether it converged.
     pub steps: (usize, bool),

@@ -1,4 +1,4 @@
-//! The whole way from simulated corners to the map, held against the truth.
+//! The whole way from simulated corners to the map, compared with the ground truth.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 

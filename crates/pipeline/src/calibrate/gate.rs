@@ -18,7 +18,7 @@ pub enum Reason {
     Unseen,
     /// Its ends have too little in view in common.
     Apart,
-    /// Nothing stands across one direction.
+    /// No surface constrains one direction.
     Open,
     /// The scans of its ends could not be registered to each other.
     Astray,
@@ -39,7 +39,7 @@ impl Reason {
         match self {
             Self::Unseen => "no scan at one of its ends",
             Self::Apart => "its ends have too little in view in common",
-            Self::Open => "nothing stands across one direction: a corridor, an open space",
+            Self::Open => "no surface constrains one direction: a corridor, an open space",
             Self::Astray => "the scans of its ends could not be registered to each other",
             Self::NoPose => "no pose at one of its ends",
             Self::NoWheels => "no wheels at one of their ends",

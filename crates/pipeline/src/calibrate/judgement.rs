@@ -1,4 +1,4 @@
-//! What a calibration says of itself, as findings: what is open, what speaks against the model, what is not yet known well enough.
+//! The findings of a calibration: undetermined parameters, misfits of the model, tolerances that are not reached.
 
 use super::gate::{LeftOut, Reason};
 use super::segments::SegmentKind;
@@ -7,9 +7,9 @@ use groma_models::Finding;
 use groma_models::finding::Code;
 use std::collections::BTreeMap;
 
-/// A test that fails so seldom if the model holds speaks against it.
+/// A test that fails so seldom if the model holds contradicts it.
 const LEVEL: f64 = 0.01;
-/// Residuals this much larger than stated speak against the model.
+/// Residuals this much larger than stated contradict the model.
 const NOISY: f64 = 2.0;
 /// Confidence of the intervals that are compared with tolerances.
 pub const CONFIDENCE: f64 = 0.95;

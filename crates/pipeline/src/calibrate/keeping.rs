@@ -5,7 +5,7 @@
 //! at a stop                while the wheels, as far as they are known, stand: 50 scans at most
 //! ```
 //!
-//! Wheels stand here that turn slower than 1 % of their fastest so far: whoever stands by the usual rate of the whole drive
+//! Wheels stand here that turn slower than 1 % of their fastest so far: a wheel that stands by the usual rate of the whole drive
 //! does so too, save before the vehicle has driven fast for the first time. The scans of a stop are averaged: beyond 50 of them
 //! other errors are larger than their noise.
 //!

@@ -1,7 +1,7 @@
 //! Poses of the sensor that somebody else measured, and the motions between them: a tracker, another program's laser odometry.
 //!
 //! At a standstill the sensor was at the mean of its poses, at a moment where the first pose from then on says. Turns are
-//! counted from pose to pose. Where poses are rare and nothing else was asked for, every pose is a station.
+//! counted from pose to pose. Where poses are rare and nothing else was requested, every pose is a station.
 
 use super::gate::{Candidate, Reason};
 use super::segments::{SegmentKind, Segments, moment};

@@ -143,12 +143,12 @@ mod tests {
             assert_eq!(cut(&log, &[], None).kind, SegmentKind::Windows);
         }
         let log = driven(WheelKind::Steered, 31.0, stopping);
-        assert_eq!(cut(&log, &[], Some(2.0)).kind, SegmentKind::Windows, "where they are asked for");
+        assert_eq!(cut(&log, &[], Some(2.0)).kind, SegmentKind::Windows, "where they are requested");
     }
 
     /// Half a percent of the usual pace is standing, five percent is driving, however long it lasts.
     #[test]
-    fn who_creeps_drives_and_who_hardly_moves_stands() {
+    fn a_creeping_robot_drives_and_who_hardly_moves_stands() {
         let between = |pace: f64| move |t: f64| if t % 5.0 < 2.0 { 4.0 * pace } else { 4.0 };
         for kind in [WheelKind::Steered, WheelKind::Differential] {
             assert_eq!(cut(&driven(kind, 31.0, between(0.005)), &[], None).kind, SegmentKind::StopAndGo);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_is_told_from_standing() {
+    fn turning_is_distinguished_from_standing() {
         let log = driven(WheelKind::Differential, 31.0, stopping);
         let rates = Rates::new(&log, &[]);
         assert!(rates.turned(&log, 1000.5, 1004.0));

@@ -1,4 +1,4 @@
-//! What a calibration is asked for.
+//! The settings of a calibration.
 
 use groma_calibration::vehicle::{Model, Options};
 use groma_models::{ModelError, WheelKind};
@@ -64,7 +64,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The model asked for.
+    /// The model requested.
     ///
     /// # Errors
     /// A name that no model has.

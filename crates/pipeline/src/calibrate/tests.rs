@@ -250,7 +250,7 @@ fn what_the_wheels_did_is_what_was_driven() {
 
 /// A result that was made, spoilt in one way after the other.
 #[test]
-fn what_speaks_against_a_result_is_told_and_what_is_not_known_well_enough() {
+fn what_contradicts_a_result_is_told_and_what_is_not_known_well_enough() {
     let drive = simulate_calibration(&driving_on(12.0), &Token::new()).unwrap();
     let mut found = run(&settings(TRICYCLE), &messages(&drive, false)).unwrap().calibration;
     let is_told = |found: &Calibration| {
@@ -300,7 +300,7 @@ fn cancelled_work_ends_at_once() {
     let token = Token::new();
     token.cancel();
     assert_eq!(asked.finish(&token).unwrap_err(), Error::Cancelled(Cancelled));
-    assert!(asked.finish(&Token::new()).is_ok(), "and can be asked again");
+    assert!(asked.finish(&Token::new()).is_ok(), "and can be finished again");
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn kept_of(seconds: usize, then: [f64; 2]) -> usize {
     (0..100 + 50 * seconds).filter(|k| row(*k) && *k >= 100).count()
 }
 
-/// What is kept of a long drive is bounded by its windows and stops; who creeps, or turns with one wheel, does not stand.
+/// What is kept of a long drive is bounded by its windows and stops; a creeping robot, or turns with one wheel, does not stand.
 #[test]
 fn a_long_standstill_keeps_few_scans() {
     let kept = kept_of(400, [0.0, 0.0]);

@@ -12,14 +12,14 @@
 //! time a ([`bridging`]): none at either reading.
 //!
 //! The twist is that of the last readings of the motions. Where they fail for long it is that between the last two scans
-//! that held the pose, once that is the better known of both.
+//! that constrained the pose, once that is the better known of both.
 
 use groma_geometry::Se2;
 use groma_localization::{DRIVE, Motion};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Standard deviation of an acceleration that nobody reported: along, across [m/s^2], turn [rad/s^2]. Trucks and indoor
-/// robots accelerate by less than a metre a second squared; small ones turn fast.
+/// robots accelerate by less than a metre per second squared; small ones turn fast.
 const ACCELERATION: [f64; 3] = [0.5, 0.1, 1.0];
 /// So long the vehicle is taken to go on; then it is as likely to stand [s].
 const REACH: f64 = 1.0;

@@ -6,8 +6,8 @@
 //! motion has come, a pose is that of a drive whose motions were in time. Scans before the first reading wait for it too.
 //!
 //! In a pause of the readings scans may know better how the vehicle moved than a straight line between two readings: where the
-//! extrapolation follows from scans that held the pose, and its covariance is smaller than what interpolation leaves open, it
-//! stays. Motions more than `WAIT` late are not waited for; at most `MOST` scans are kept for taking again.
+//! extrapolation follows from scans that constrained the pose, and its covariance is smaller than what interpolation leaves
+//! open, it stays. Motions more than `WAIT` late are not waited for; at most `MOST` scans are kept for taking again.
 
 use super::ahead::Twist;
 use super::motions::{Motions, Reading, Source, Step, position_variance, product};
@@ -212,7 +212,7 @@ impl Filter {
         if paused || before { ahead.steps.clone() } else { self.steps(from, ahead.end) }
     }
 
-    /// Takes the scans that are still ahead from the state that was set right.
+    /// Takes the scans that are still ahead from the state that was corrected.
     fn again(&mut self) -> Vec<Change> {
         let Some(base) = self.base.take() else { return Vec::new() };
         self.now = base;
@@ -228,7 +228,7 @@ impl Filter {
         changes
     }
 
-    /// Puts a fix in the place of the one that stands for its scan.
+    /// Puts a fix in the place of the one that represents its scan.
     fn replace(&mut self, index: usize, fix: Fix, settled: Option<LaserScan>) -> Change {
         let before = &mut self.track[index];
         let corrected = fix.is_off(before, NOTABLE);

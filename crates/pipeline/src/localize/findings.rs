@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_out_is_told_by_kind() {
+    fn what_was_left_out_is_reported_by_kind() {
         let mut order = Order::new(0.0);
         for stamp in [1.0, 2.0, 1.5, 2.0, f64::NAN] {
             order.push(Message::Odometry(Odometry { stamp, pose: Se2::IDENTITY }));

@@ -52,7 +52,7 @@ pub struct Setup {
 /// What a message brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Event {
-    /// The fix that is new or was set right, counted from 0.
+    /// The fix that is new or was corrected, counted from 0.
     pub scan: usize,
     /// Whether it was there before.
     pub corrected: bool,
@@ -67,7 +67,7 @@ pub struct State {
     pub pose: Se2,
     /// Covariance of its right perturbation.
     pub covariance: Matrix3<f64>,
-    /// What the pose is worth.
+    /// The quality of the pose.
     pub quality: Quality,
 }
 

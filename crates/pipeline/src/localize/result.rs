@@ -21,7 +21,7 @@ pub struct Counts {
 /// A drive in the frame of the map.
 #[derive(Clone, Debug)]
 pub struct Localized {
-    /// One a scan, in order.
+    /// One per scan, in order.
     pub track: Vec<Fix>,
     /// How often each landmark of the map was paired.
     pub used: Vec<usize>,
@@ -62,7 +62,7 @@ impl Localized {
         self.track.windows(2).filter(|pair| pair[0].is_known() && !pair[1].is_known()).count()
     }
 
-    /// Poses that later motions set right.
+    /// Poses that later motions corrected.
     #[must_use]
     pub fn corrected(&self) -> usize {
         self.track.iter().filter(|fix| fix.corrected).count()
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn landmarks_found_on_the_way_are_none_of_the_map() {
+    fn landmarks_found_during_the_drive_are_none_of_the_map() {
         let mut track = timed(moving(1.0), 0.1);
         track.iter_mut().for_each(|fix| fix.paired = vec![0, 2, 7]);
         track[4].paired = vec![2, 3];

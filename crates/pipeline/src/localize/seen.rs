@@ -2,7 +2,7 @@
 //!
 //! Where the vehicle was when a scan began lies between two of the last fixes ([`groma_mapping::known_poses`]); scans at
 //! which the pose was not known, or for which there is no such pair, show nothing. Of those that bring something new the
-//! readings are kept in single precision (a micrometre at ten metres), and are put together when they are asked for: taking a
+//! readings are kept in single precision (a micrometre at ten metres), and are put together when they are requested: taking a
 //! scan must not wait for that.
 
 use super::track::Fix;

@@ -13,9 +13,9 @@ pub struct Fix {
     pub pose: Se2,
     /// Covariance of its right perturbation.
     pub covariance: Matrix3<f64>,
-    /// What the pose is worth.
+    /// The quality of the pose.
     pub quality: Quality,
-    /// Landmarks that held the pose: places in the map, and numbers beyond for those found on the way.
+    /// Landmarks that constrained the pose: places in the map, and numbers beyond for those found during the drive.
     pub paired: Vec<usize>,
     /// Driven since the fix before [m].
     pub distance: f64,
@@ -90,7 +90,7 @@ pub(super) mod test_track {
         Fix { stamp, pose, covariance, quality, paired, distance, turn, extrapolated, corrected: false }
     }
 
-    /// Fixes of a drive of so many seconds, ten a second, well held.
+    /// Fixes of a drive of so many seconds, ten a second, well constrained.
     pub fn moving(seconds: f64) -> Vec<Fix> {
         vec![fix(0.05); (10.0 * seconds) as usize]
     }

@@ -19,7 +19,7 @@ pub enum Why {
     Coasting,
     /// The landmarks do not fit each other.
     Disagreeing,
-    /// The landmarks in view leave a direction open.
+    /// The landmarks in view do not determine a direction.
     Open,
 }
 
@@ -29,7 +29,7 @@ impl Why {
     pub fn text(self) -> &'static str {
         match self {
             Self::Lost => "the pose is not known",
-            Self::Coasting => "no landmark holds the pose",
+            Self::Coasting => "no landmark constrains the pose",
             Self::Disagreeing => "the landmarks disagree",
             Self::Open => "few landmarks in view",
         }

@@ -1,4 +1,4 @@
-//! Scans wait in here until the odometry has reached their last beam: what was extrapolated is then set right.
+//! Scans wait in here until the odometry has reached their last beam: what was extrapolated is then corrected.
 //!
 //! ```text
 //! a scan is taken     when odometry has come that is not older than its last beam,
@@ -84,7 +84,7 @@ impl Cover {
         let (Late { count, longest, .. }, (from, to)) = (self.late, self.late.stamps?);
         let text = format!(
             "{count} readings of the odometry came up to {longest:.2} s later than scans that they cover: the poses of these \
-             were extrapolated, and set right when it came"
+             were extrapolated, and corrected when it came"
         );
         let found = Finding::new(Code::OdometryLate, text).during(from, to);
         Some(found.with("readings", count as f64, "1").with("longest", longest, "s"))
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn how_late_odometry_was_at_most_is_told_from_its_first_to_its_last_late_reading() {
+    fn how_late_odometry_was_at_most_is_distinguished_from_its_first_to_its_last_late_reading() {
         let mut cover = Cover::default();
         for (end, reading) in [(10.0, 9.98), (10.1, 9.99), (11.0, 10.75), (11.1, 10.9), (12.0, 12.0)] {
             scan(&mut cover, end - 0.05);

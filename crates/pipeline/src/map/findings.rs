@@ -1,15 +1,15 @@
-//! What a finished map says of itself.
+//! The findings of a finished map.
 //!
 //! | finding | when |
 //! |---|---|
 //! | map-torn | a scan was not found on the map and no odometry bridged the gap |
 //! | closure-violated | more than `STRAINED` of the closures whose views agree cannot be met by the whole graph |
 //! | loop-none | no loop closure |
-//! | weak-stretch | registration alone holds the position poorly there |
+//! | weak-stretch | registration alone constrains the position poorly there |
 //! | odometry-overruled | scans before which odometry had failed |
 //! | odometry-missing | no odometry at all |
 //! | scanner-offset | odometry and scans agree best with the scanner `OFFSET` or more from its mount, beyond 3 sigma |
-//! | limit-reached | the map is too large for the cell that was asked for |
+//! | limit-reached | the map is too large for the cell that was requested |
 //! | interrupted | the conclusion was cancelled |
 
 use crate::text::fixed;
@@ -20,7 +20,7 @@ use groma_models::finding::Code;
 
 /// Share of the closures that may turn out to be violated: single ones are false, many tell of a bent map.
 const STRAINED: f64 = 0.1;
-/// A scanner that sits this far from its mount is told of [m].
+/// A scanner that sits this far from its mount is reported of [m].
 const OFFSET: f64 = 0.05;
 /// Weak stretches that are told one by one, the worst.
 const MOST_WEAK: usize = 10;
@@ -31,7 +31,7 @@ pub(super) fn findings(map: &MapResult) -> Vec<Finding> {
     single.into_iter().flatten().chain(weak_stretches(map)).collect()
 }
 
-/// Where the map may be torn, all; where it is weakly held, the worst, and how many more.
+/// Where the map may be torn, all; where it is weakly constrained, the worst, and how many more.
 fn weak_stretches(map: &MapResult) -> Vec<Finding> {
     let (torn, mut held): (Vec<&WeakSpot>, Vec<&WeakSpot>) = map.weak.iter().partition(|w| w.reason == Reason::Torn);
     held.sort_by(|a, b| b.sigma.total_cmp(&a.sigma));
@@ -39,7 +39,7 @@ fn weak_stretches(map: &MapResult) -> Vec<Finding> {
     let mut found: Vec<Finding> = torn.iter().chain(told).map(|w| stretch(w)).collect();
     if let Some(next) = held.get(MOST_WEAK) {
         let (others, sigma) = (held.len() - MOST_WEAK, next.sigma);
-        let text = format!("{others} more stretches are weakly held, none worse than {sigma:.2} m");
+        let text = format!("{others} more stretches are weakly constrained, none worse than {sigma:.2} m");
         found.push(
             Finding::new(Code::WeakStretch, text).with("stretches", others as f64, "1").with("sigma", sigma, "m"),
         );
@@ -108,7 +108,8 @@ fn stretch(spot: &WeakSpot) -> Finding {
         Reason::Torn => (Code::MapTorn, spot.reason.told().to_owned()),
         why => {
             let (x, y) = (fixed(x, 1), fixed(y, 1));
-            let text = format!("near ({x}, {y}) a scan holds the position to {:.2} m only: {}", spot.sigma, why.told());
+            let text =
+                format!("near ({x}, {y}) the position by a scan has a sigma of {:.2} m: {}", spot.sigma, why.told());
             (Code::WeakStretch, text)
         }
     };

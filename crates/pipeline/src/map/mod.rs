@@ -6,7 +6,7 @@
 //!
 //! Odometry comes as such, or is summed from the wheels of a calibrated vehicle ([`Map::of_vehicle`]).
 //!
-//! Nobody waits for odometry: the pose of a scan that it does not cover yet is extrapolated, and set right when it comes
+//! Nobody waits for odometry: the pose of a scan that it does not cover yet is extrapolated, and corrected when it comes
 //! (`cover.rs`). Asking for the state or for a snapshot changes nothing: a drive mapped in one go and one that was looked at on
 //! the way give the same bytes, as do any numbers of threads. Messages of other kinds, and scans of other scanners than the
 //! first, are passed over.
@@ -137,8 +137,8 @@ impl Map {
         }
     }
 
-    /// The map of the messages whose turn has come; the machine goes on as if nobody had asked. Cancelled, it is the map of the
-    /// graph as it stands.
+    /// The map of the messages whose turn has come; the machine goes on as if nobody had asked. Cancelled, it is the map
+    /// of the current graph.
     ///
     /// # Errors
     /// When no scan could be used, or the pose graph cannot be solved.

@@ -1,4 +1,4 @@
-//! What the messages of a drive say of themselves: how many came, which could not be used, where the odometry jumps.
+//! Statistics of the messages of a drive: how many came, which could not be used, where the odometry jumps.
 
 use crate::message::Message;
 use groma_features::InvalidOption;

@@ -1,4 +1,4 @@
-//! What a survey says of itself, as findings, and what a person should look after first.
+//! The findings of a survey, and what a person should look after first.
 
 use super::Counts;
 use groma_models::Finding;
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_weak_direction_of_a_camera_is_told_in_words_and_numbers() {
+    fn the_weak_direction_of_a_camera_is_reported_in_words_and_numbers() {
         for (axis, words) in [(0, "along 0°"), (1, "along 90°"), (2, "in height")] {
             let mut variances = Vector6::from_element(1e-4);
             variances[axis] = 0.0064;

@@ -117,7 +117,7 @@ fn stops_are_counted_as_the_robot_makes_them_and_views_by_camera() {
     assert_eq!(machine.state().views[2], Views { images: 4, stops: 3 }, "numbers of others are no numbers of ours");
 }
 
-/// Whoever numbers the stops decides what is one: here each is two, and the robot does not move from one to the other.
+/// The sender of the stops decides what is one: here each is two, and the robot does not move from one to the other.
 #[test]
 fn what_carries_the_number_of_a_stop_belongs_to_it() {
     let scene = NetworkScene { frames: 2, ..NetworkScene::named("corridor", 2).unwrap() };
@@ -197,7 +197,7 @@ fn an_odometry_that_slipped_makes_a_result_that_must_not_be_relied_on() {
 }
 
 #[test]
-fn a_camera_that_sees_nothing_is_told_by_name() {
+fn a_camera_that_sees_nothing_is_reported_by_name() {
     let scene = NetworkScene::named("corridor", 6).unwrap();
     let recording = simulate(&scene).unwrap();
     let without =
@@ -209,7 +209,7 @@ fn a_camera_that_sees_nothing_is_told_by_name() {
 }
 
 #[test]
-fn a_batch_that_was_cut_short_is_an_error_and_none_that_was_asked_for_is_not() {
+fn a_batch_that_was_cut_short_is_an_error_and_none_that_was_requested_is_not() {
     let scene = NetworkScene::named("loop", 2).unwrap();
     let recording = simulate(&scene).unwrap();
     let machine = fed(&scene, messages(&scene, &recording, 1.0));

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Both are told at the reading itself, from what came before it. The first interval is never a gap (a log may be slow), and
-//! no leap is told before 20 rates are known. A wheel that starts fast after creeping is told from a leap by the rate just
+//! no leap is told before 20 rates are known. A wheel that starts fast after creeping is distinguished from a leap by the rate just
 //! before: wheels gather speed over more than one reading.
 
 use std::collections::VecDeque;

@@ -10,8 +10,8 @@
 //! k = round((e - d)/P),   e = rate dt, at most P/4 either way:   steps from -P/4 to 3P/4 in the direction of motion are told
 //! ```
 //!
-//! A counter that leaves the span does not wrap: what it counted before stands, the step is taken as it is. Nothing is told
-//! of a counter that passes more than half a turn between readings before it was seen to wrap once.
+//! A counter that leaves the span does not wrap: what it counted before stands, the step is taken as it is. Nothing
+//! is reported of a counter that passes more than half a turn between readings before it was seen to wrap once.
 
 use std::f64::consts::{PI, TAU};
 

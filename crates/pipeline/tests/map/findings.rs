@@ -117,7 +117,7 @@ fn a_hall_that_was_rebuilt_on_the_way_strains_the_map() {
     assert!(from < middle && to > middle, "{from} .. {to}, rebuilt at {middle}");
 }
 
-/// A turn of a run that is asked to end: the graph as it stands, and the word for it.
+/// A turn of a run that is asked to end: the current graph, and the word for it.
 #[test]
 fn what_is_cancelled_is_kept_and_called_interrupted() {
     let (simulated, mount) = laps(1);
@@ -132,7 +132,7 @@ fn what_is_cancelled_is_kept_and_called_interrupted() {
 
 /// A bare corridor whose ends are out of range.
 #[test]
-fn a_corridor_without_ends_is_weakly_held() {
+fn a_corridor_without_ends_is_weakly_constrained() {
     let wide = sweeping(1);
     let short = Scenario { scanner: Scanner { range_max: 5.0, ..wide.scanner }, ..wide };
     let v = Vector2::new;

@@ -1,4 +1,4 @@
-//! Odometry that comes later than its scans: extrapolated at first, set right when it comes.
+//! Odometry that comes later than its scans: extrapolated at first, corrected when it comes.
 
 use crate::feed::{Arrival, arrivals, codes, errors, estimate, fed, in_turn, laps, mapped};
 use groma_geometry::Se2;

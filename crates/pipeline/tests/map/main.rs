@@ -1,4 +1,4 @@
-//! Drives mapped message by message: what arrives when, what is asked on the way, and what the result says of itself.
+//! Drives mapped message by message: what arrives when, what is asked on the way, and the findings of the result.
 #![allow(clippy::unwrap_used)]
 
 #[allow(dead_code)]

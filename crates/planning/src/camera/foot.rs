@@ -3,7 +3,7 @@
 //! ```text
 //! foot     x and y of the camera; heading: where its optical axis points, seen from above
 //! mount    T_foot_camera = planar(T_a_foot)^-1 T_a_camera
-//! a look   T_a_camera    = planar(T_a_base) T_base_panel T_camera_panel^-1
+//! a view   T_a_camera    = planar(T_a_base) T_base_panel T_camera_panel^-1
 //! ```
 //!
 //! The floor is z = 0 of frame a. A camera that is not above it, or looks straight up or down, has no foot.

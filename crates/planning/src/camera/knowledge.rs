@@ -1,4 +1,4 @@
-//! What views tell of the intrinsics, and what that means in pixels.
+//! Information of the views about the intrinsics, and what that means in pixels.
 //!
 //! With residuals of a view in standard deviations, `J = [J_theta | J_pose]`, each view adds
 //!
@@ -101,7 +101,7 @@ impl Knowledge {
         (&self.prior + self.of_views()).cholesky().map(|factor| factor.inverse())
     }
 
-    /// Covariance of the intrinsics from the views alone, nothing known before; None when these leave a direction open.
+    /// Covariance of the intrinsics from the views alone, nothing known before; None when these do not determine a direction.
     #[must_use]
     pub fn covariance_of_views(&self) -> Option<DMatrix<f64>> {
         self.of_views().cholesky().map(|factor| factor.inverse())
@@ -118,7 +118,7 @@ impl Knowledge {
         self.covariance().map_or(f64::INFINITY, |covariance| worst_pixel(&self.map, &covariance))
     }
 
-    /// The same from the views alone, nothing known before; None when these leave a direction open.
+    /// The same from the views alone, nothing known before; None when these do not determine a direction.
     #[must_use]
     pub fn worst_of_views(&self) -> Option<f64> {
         self.covariance_of_views().map(|covariance| worst_pixel(&self.map, &covariance))
@@ -130,7 +130,7 @@ pub(super) fn worst_pixel(map: &ProjectionMap, covariance: &DMatrix<f64>) -> f64
     map.sigmas(covariance).into_iter().fold(0.0, f64::max)
 }
 
-/// Information of one panel in one image, its pose eliminated; None where the pose itself is not held.
+/// Information of one panel in one image, its pose eliminated; None where the pose itself is not determined.
 pub(super) fn told(camera: &Camera, pose: &Se3, corners: impl Iterator<Item = (Vector3<f64>, f64)>) -> Option<Told> {
     let (mut tt, mut tp) = (Told::zeros(), SMatrix::<f64, MAX_PARAMETERS, 6>::zeros());
     let mut pp = OMatrix::<f64, U6, U6>::zeros();

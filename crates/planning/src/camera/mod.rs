@@ -1,8 +1,8 @@
 //! Motions of a robot with panels before one camera: which of them calibrate it, and what to drive next.
 //!
-//! [`Stage`] is the camera on its mount and the panels on the robot; [`Motion`] the drives that people use;
-//! [`Knowledge`] what views tell of the intrinsics; [`next_best`] the drive that lowers the worst projection uncertainty
-//! most for what it costs; [`ranking`] the drives that people use, best first; [`trials`] calibrates from drawn corners,
+//! [`Stage`] is the camera on its mount and the panels on the robot; [`Motion`] common trajectories;
+//! [`Knowledge`] information of the views about the intrinsics; [`next_best`] the drive that lowers the worst projection
+//! uncertainty most for what it costs; [`ranking`] common trajectories, best first; [`trials`] calibrates from drawn corners,
 //! end to end, and [`study`] from a panel held in the hand, to see what number, tilt, distance, grid and coverage give.
 
 mod foot;

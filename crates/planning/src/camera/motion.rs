@@ -1,4 +1,4 @@
-//! The drives before a camera that people use.
+//! Common trajectories before a camera.
 //!
 //! All are drives of a robot that turns on the spot and drives straight; the camera takes a view at every stop.
 //!
@@ -33,7 +33,7 @@ const RAY: f64 = 1.2;
 /// Rays of the star.
 const RAYS: usize = 6;
 
-/// A drive that people use.
+/// A common trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn drives_have_as_many_stops_as_asked_and_the_length_of_their_lines() {
+    fn drives_have_as_many_stops_as_requested_and_the_length_of_their_lines() {
         for motion in Motion::ALL {
             assert_eq!(motion.drive(2.6, 400).stops.len(), 400, "{motion:?}");
         }

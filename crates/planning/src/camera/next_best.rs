@@ -9,8 +9,8 @@
 //!
 //! Effort is what the wheels drive, turns included; variance is what odometry loses on the drive at the place of the
 //! camera, which is what it brings into the map (`step.rs`); lambda weighs it as in the exploration. First by a quarter of
-//! the corners, the best few then by all. The best is driven, and so on until the worst pixel is good enough or no drive is
-//! worth anything; where none around the robot is, places all over the floor are tried. Greedy: a drive is judged for
+//! the corners, the best few then by all. The best is driven, and so on until the worst pixel is good enough or
+//! no drive improves it; where none around the robot is, places all over the floor are tried. Greedy: a drive is judged for
 //! itself; beams of sequences gained little for their work (BENCHMARKS.md). Source of the idea: Richardson, Strom, Olson, "AprilCal", IROS 2013, there for poses of a panel in the
 //! hand.
 
@@ -35,7 +35,7 @@ const DIRECTIONS: usize = 8;
 const HEADINGS: usize = 8;
 /// Places in a row and in a column, all over the floor.
 const SPOTS: usize = 6;
-/// No camera reads a panel from farther away, and no target is worth less [m], [pixel].
+/// No camera reads a panel from farther away, and no target is smaller [m], [pixel].
 const FARTHEST: f64 = 100.0;
 /// Drives that are judged by all corners.
 const FINALISTS: usize = 6;
@@ -50,11 +50,11 @@ pub struct Search {
     pub depth: [f64; 2],
     /// Farthest to either side [m].
     pub side: f64,
-    /// Metres that one square metre less of variance in the map is worth [1/m].
+    /// Metres of driving traded for one square metre less of variance in the map [1/m].
     pub lambda: f64,
     /// Most drives.
     pub drives: usize,
-    /// What odometry loses; the looks in it are not used.
+    /// What odometry loses; the views in it are not used.
     pub noise: Noise,
 }
 
@@ -122,7 +122,7 @@ pub fn next_best(stage: &Stage, known: Known, from: Se2, search: &Search, token:
     Ok(plan)
 }
 
-/// The stops on the way of the best drive; None when none is worth anything. Cancelled, what it found is worth nothing.
+/// The stops on the way of the best drive; None when none improves it. Cancelled, its result is invalid.
 fn best(stage: &Stage, plan: &Plan, here: Se2, candidates: &[Se2], search: &Search, token: &Token) -> Option<Vec<Se2>> {
     let value = |step: Step, told: &Told| {
         let price = step.effort() + search.lambda * variance(&search.noise, &[step.from, step.to]) + START;
@@ -160,7 +160,7 @@ fn everywhere(search: &Search) -> Vec<Se2> {
     spots.flat_map(|(x, y)| (0..HEADINGS).map(move |k| Se2::new(x, y, TAU * k as f64 / HEADINGS as f64))).collect()
 }
 
-/// What the looks on a way tell.
+/// What the views on a way tell.
 fn seen(stage: &Stage, way: &[Se2]) -> Told {
     way.iter().flat_map(|stop| stage.views(stop)).filter_map(|view| of(stage, &view, stage.sigma)).sum()
 }
@@ -198,7 +198,7 @@ mod tests {
         let plan = planned(&Search { target: 2.0, ..Search::default() });
         assert!(plan.worst() <= 2.0);
         assert!(plan.stops.windows(2).all(|pair| pair[1].worst <= pair[0].worst + 1e-9));
-        assert!(plan.stops[plan.stops.len() - 2].worst > 2.0, "not one look more");
+        assert!(plan.stops[plan.stops.len() - 2].worst > 2.0, "not one view more");
         assert!(plan.stops.iter().all(|stop| Search::default().allows(&stop.pose)));
         let again = plan.drive().knowledge(&stage());
         assert!((again.worst() - plan.worst()).abs() < 1e-9, "what is promised is what the stops tell");
@@ -253,7 +253,7 @@ mod tests {
         assert!(refused(Search { lambda: -1.0, ..Search::default() }, from));
         assert!(refused(Search::default(), Se2::new(9.0, 0.0, PI)));
     }
-    /// Distance and effort to the worst pixel of the best drive that people use, as shares of that drive's.
+    /// Distance and effort to the worst pixel of the best common trajectory, as shares of that drive's.
     fn shares(height: f64, distance: f64) -> (f64, f64) {
         let mount = mount(height, ((height - 0.8) / distance).atan()).unwrap();
         let stage = Stage::new(nominal_camera().unwrap(), mount, upright_panels(&FAN), SIGMA).unwrap();
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn the_next_best_drive_is_shorter_than_the_best_that_people_use() {
+    fn the_next_best_drive_is_shorter_than_the_best_common_trajectory() {
         assert!(shares(2.0, 2.6).0 <= 0.7);
     }
 

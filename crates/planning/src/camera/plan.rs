@@ -1,6 +1,6 @@
 //! Looks along a drive, and what is known at each.
 //!
-//! A look counts once: from where the camera saw the robot already, within 0.1 m and 0.1 rad, it would see the same again,
+//! A view counts once: from where the camera saw the robot already, within 0.1 m and 0.1 rad, it would see the same again,
 //! the errors of lens and print included, which no averaging takes away.
 
 use super::knowledge::Knowledge;
@@ -49,7 +49,7 @@ pub struct Stop {
 /// Drives one after the other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The start, and every look on the way.
+    /// The start, and every view on the way.
     pub stops: Vec<Stop>,
     /// What is known at its end.
     pub knowledge: Knowledge,

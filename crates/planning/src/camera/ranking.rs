@@ -1,4 +1,4 @@
-//! The drives that people use, judged before one camera with the panels that are there.
+//! Common trajectories, judged before one camera with the panels that are there.
 //!
 //! A drive is *degenerate* when its views alone leave the focal length uncertain by more than the calibration gives out
 //! (`focal_tolerance`), or hold some direction not at all: the calibration would refuse them.
@@ -23,7 +23,7 @@ pub struct Judged {
     pub views: usize,
     /// Worst standard deviation of a pixel after it, from nominal intrinsics on [pixel].
     pub worst: f64,
-    /// Standard deviations of the parameters from its views alone; None when they leave a direction open.
+    /// Standard deviations of the parameters from its views alone; None when they do not determine a direction.
     pub sigmas: Option<Vec<f64>>,
     /// Whether a calibration would be refused.
     pub degenerate: bool,
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drives_that_tell_nothing_are_called_degenerate_and_come_last() {
+    fn drives_that_determine_nothing_are_called_degenerate_and_come_last() {
         let target = upright_panels(&FAN);
         let stage = Stage::new(nominal_camera().unwrap(), mount(2.0, 0.43).unwrap(), target, SIGMA).unwrap();
         let ranked = ranking(&stage, 2.6, &Noise::default()).unwrap();

@@ -41,7 +41,7 @@ pub struct Stage {
     pub sigma: f64,
     /// Corners of each panel in its frame [m].
     corners: Vec<Vec<Vector3<f64>>>,
-    /// Some of them, and how many each stands for.
+    /// Some of them, and how many each represents.
     sparse: Vec<(Vec<Vector3<f64>>, f64)>,
 }
 
@@ -84,7 +84,7 @@ impl Stage {
         panels.filter_map(|((panel, pose), corners)| self.view(panel, corners, pose)).collect()
     }
 
-    /// The same in a hurry, to compare drives: a quarter of the corners, each with the number that it stands for.
+    /// The same in a hurry, to compare drives: a quarter of the corners, each with the number that it represents.
     pub(super) fn glimpses(&self, robot: &Se2) -> Vec<(PanelView, f64)> {
         let panels = self.poses(robot).zip(&self.sparse);
         let seen = panels.filter_map(|((panel, pose), (corners, share))| {
@@ -172,7 +172,7 @@ pub(super) fn outwards(panel: &Panel) -> Vector3<f64> {
     if matches!(panel.pattern, Pattern::TagGrid(_)) { Vector3::z() } else { -Vector3::z() }
 }
 
-/// Some corners, all over the panel, and how many each stands for: of every four, the first, second, third, fourth in turn.
+/// Some corners, all over the panel, and how many each represents: of every four, the first, second, third, fourth in turn.
 fn thinned(all: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, f64) {
     if all.len() < 4 * LEAST_THINNED {
         return (all.to_vec(), 1.0);

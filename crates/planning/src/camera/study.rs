@@ -1,10 +1,10 @@
 //! The error study: how well calibrations know a camera by number of views, tilt, distance, grid and coverage.
 //!
-//! One panel, 0.6 m wide, is held before the camera as often as asked: its middle on a random pixel of the middle of the
+//! One panel, 0.6 m wide, is held before the camera as often as requested: its middle on a random pixel of the middle of the
 //! image (`coverage` is the share of width and height), at a distance along the axis, turned by the tilt about a random
-//! axis in its plane and at random about its normal. Corners are drawn with noise and calibrated; the errors against the
-//! truth are gathered as `M = mean (theta^ - theta)(theta^ - theta)'` and held to the mean of what the views promise:
-//! the focal length by its diagonal, pixels by the largest of the projection map. Refused draws are in neither.
+//! axis in its plane and at random about its normal. Corners are drawn with noise and calibrated; the errors
+//! against the ground truth are gathered as `M = mean (theta^ - theta)(theta^ - theta)'` and held to the mean of what the views
+//! promise: the focal length by its diagonal, pixels by the largest of the projection map. Refused draws are in neither.
 //! Source: D. Meger's thesis, section 4.2.
 
 use super::knowledge::worst_pixel;
@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 
 /// Width of the panel [m].
 const WIDTH: f64 = 0.6;
-/// Tags are never asked for that are smaller than their gaps allow.
+/// Tags are never requested that are smaller than their gaps allow.
 const MOST_TAGS: u32 = 20;
 
 /// How a panel is held before a camera.
@@ -63,7 +63,7 @@ pub struct Study {
     pub refused: usize,
 }
 
-/// Calibrates as often as asked, each time with the panel held anew; every time is a step of the token.
+/// Calibrates as often as requested, each time with the panel held anew; every time is a step of the token.
 ///
 /// # Errors
 /// When the sitting makes no sense, or the token cancels the work.
@@ -122,7 +122,7 @@ fn stage(sitting: &Sitting) -> Result<Stage, Error> {
     Stage::new(nominal_camera()?, mount(2.0, 0.0)?, target, SIGMA)
 }
 
-/// The panel held as often as asked; of a place where it is not read, another is drawn, a hundred times at most.
+/// The panel held as often as requested; of a place where it is not read, another is drawn, a hundred times at most.
 fn held(stage: &Stage, sitting: &Sitting, seed: u64) -> Vec<(usize, PanelView)> {
     let mut random = Random::new(seed, Purpose::Mounting);
     let panel = &stage.target.panels[0];

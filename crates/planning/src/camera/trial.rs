@@ -1,4 +1,4 @@
-//! A drive tried out: corners drawn with noise, calibrated from nothing, as often as asked.
+//! A drive tried out: corners drawn with noise, calibrated from nothing, as often as requested.
 //!
 //! Compared are the intrinsics that calibration returns over the trials: their mean and their standard deviation as a
 //! share of it, the table of the thesis. That is repeatability; what is not told by the views is refused by the
@@ -41,11 +41,11 @@ pub struct Trials {
     pub mean: Vec<f64>,
     /// Standard deviation of every parameter.
     pub deviation: Vec<f64>,
-    /// Standard deviations that the views promise, nothing known before; None when they leave a direction open.
+    /// Standard deviations that the views promise, nothing known before; None when they do not determine a direction.
     pub predicted: Option<Vec<f64>>,
     /// Worst standard deviation of a pixel over the trials [pixel]; None when less than two were calibrated.
     pub worst: Option<f64>,
-    /// The same as the views promise; None when they leave a direction open.
+    /// The same as the views promise; None when they do not determine a direction.
     pub worst_predicted: Option<f64>,
     /// Views of a trial.
     pub views: usize,
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_tells_nothing_is_refused_and_a_trial_is_reproducible() {
+    fn what_determines_nothing_is_refused_and_a_trial_is_reproducible() {
         for motion in [Motion::Stationary, Motion::OnePanel] {
             let found = tried(motion, &Tries { runs: 1, views: 12, ..Tries::default() });
             assert_eq!((found.refused, found.mean.len()), (1, 0), "{motion:?}");

@@ -1,13 +1,13 @@
 //! The covariance at the end of a walk that is only thought of, without a copy of the covariance.
 //!
-//! From the belief `P0` on, a walk adds noise to the robot's block alone and takes away one product a look:
+//! From the belief `P0` on, a walk adds noise to the robot's block alone and takes away one product per view:
 //!
 //! ```text
 //! P = P0 + E_R (sum Q) E_R' - sum_k V_k' V_k,   V_k of size (3, n)
 //! ```
 //!
-//! so that a step costs `O(n)` times the looks before it instead of `O(n^2)`, and nothing but `V_k` is kept. These are
-//! the equations of [`super::belief`], not an approximation. They do not know what a walk is worth, so that searches
+//! so that a step costs `O(n)` times the views before it instead of `O(n^2)`, and nothing but `V_k` is kept. These are
+//! the equations of [`super::belief`], not an approximation. They do not know the cost of a walk, so that searches
 //! with other weights from the same belief find the walks that were thought of before.
 
 use super::belief::Belief;
@@ -36,7 +36,7 @@ pub(super) struct Reached {
     pub robot_trace: f64,
     added: Matrix3<f64>,
     robot: Matrix3<f64>,
-    /// V of the look.
+    /// V of the view.
     gain: Option<Rows>,
 }
 
@@ -138,7 +138,7 @@ impl<'a> Branches<'a> {
         }
     }
 
-    /// By how much a look lowers the sum of the position variances.
+    /// By how much a view lowers the sum of the position variances.
     fn taken(&self, gain: &Rows) -> f64 {
         let cameras = self.belief.cameras.iter().enumerate();
         cameras.map(|(i, at)| gain.position(3 * i + 3, at.x, at.y).norm_squared()).sum()

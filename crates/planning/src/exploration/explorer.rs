@@ -4,10 +4,10 @@
 //! different: an exit led elsewhere, or there was no getting through. The strategy survey goes on when all cameras are
 //! found: it drives the walks, each found by `search` with every place as a possible end, that lower
 //! `length + lambda (sum of the cameras' position variances)`, lambda doubled from 2 upwards whenever no walk is worth
-//! its length any more, so that distance is spent first where it is worth most, until
+//! its length any more, so that distance is spent first where it reduces the uncertainty most, until
 //!
 //! - lambda is the one that was given, or
-//! - the sigma asked for is reached, or
+//! - the required sigma is reached, or
 //! - the budget is used up.
 //!
 //! Assumes that a place is recognised when the robot comes back to it (a camera by its number, a junction by its looks),
@@ -189,7 +189,7 @@ impl Explorer {
         Ok(())
     }
 
-    /// The way that was just driven, which becomes known if it was not, was thought to lead elsewhere or to be of another
+    /// The edge that was just driven, which becomes known if it was not, was thought to lead elsewhere or to be of another
     /// length.
     fn passed(&mut self, left: usize, to: usize, enters: usize, via: Option<&[Vector2<f64>]>) -> Result<Link, Error> {
         if let Way::Leads(link) = &self.known.places[self.here].exits[left].way

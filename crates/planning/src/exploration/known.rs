@@ -160,7 +160,7 @@ impl Known {
         exits.filter(|(_, exit)| matches!(exit.way, Way::Untaken)).map(|(i, _)| i)
     }
 
-    /// The ways out of every place that lead to known places; those that are guessed too, if asked for.
+    /// The ways out of every place that lead to known places; those that are guessed too, if requested.
     pub fn links(&self, guess: bool) -> Vec<Vec<Link>> {
         let leads = |exit: &Exit| if let Way::Leads(link) = &exit.way { Some(link.clone()) } else { None };
         let mut links: Vec<Vec<Link>> =

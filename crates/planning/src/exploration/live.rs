@@ -78,7 +78,7 @@ fn a_camera_that_nobody_announced_joins_the_map() {
 }
 
 #[test]
-fn where_a_camera_cannot_be_reached_the_others_are_surveyed_as_asked() {
+fn where_a_camera_cannot_be_reached_the_others_are_surveyed_as_required() {
     let settings = Settings { goal: Goal::Sigma(0.07), ..Settings::default() };
     let mut robot = Explorer::new(settings, 3, &at(0, 0.0, 0.0, &[EAST]), 0.0).unwrap();
     robot.observe(&arrived(0, at(1, 8.0, 0.0, &[WEST, EAST]), 0)).unwrap();

@@ -1,7 +1,7 @@
 //! Exploration of a network of cameras: which way to drive next, distance against uncertainty.
 //!
 //! A building is a graph that the robot discovers as it drives: places under a camera, junctions, and exits of which it
-//! sees the direction but not where they lead. [`Explorer`] is told what the robot finds and says by which exit to leave;
+//! sees the direction but not where they lead. [`Explorer`] receives what the robot finds and says by which exit to leave;
 //! [`run::explore`] lets it explore a graph, [`monte_carlo`] tries the walk out with drawn noise.
 //!
 //! The covariance is that of the planar filter with errors in the world frame ([`belief`]), whose equations need no

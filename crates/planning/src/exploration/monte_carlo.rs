@@ -1,4 +1,4 @@
-//! What a walk is worth, tried out: the filter itself, with noise drawn for the wheels and for every look.
+//! The cost of a walk, tried out: the filter itself, with noise drawn for the wheels and for every view.
 //!
 //! Truth follows the walk exactly; the wheels report each step of at most 0.25 m with noise,
 //! `T' = T Exp(u) Exp(w)`; a camera is seen from the robot as `Z = Exp(v) T_R^-1 T_C`. The filter knows neither the walk
@@ -51,7 +51,7 @@ pub fn try_walk(graph: &Graph, walk: &[usize], noise: &Noise, runs: usize, seed:
     try_walk_while(graph, walk, noise, (runs, seed), &mut |_| true)
 }
 
-/// Drives a walk many times (`runs`, with the first seed), as long as whoever is told how many are done wants it.
+/// Drives a walk many times (`runs`, with the first seed), until a callback, called with the number done, ends it.
 pub fn try_walk_while(
     graph: &Graph,
     walk: &[usize],

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_look_is_the_adjoint_of_its_noise_whatever_the_heading() {
+    fn a_view_is_the_adjoint_of_its_noise_whatever_the_heading() {
         let (noise, at) = (Noise::default(), Vector2::new(7.0, -1.0));
         let v = Matrix3::from_diagonal(&Vector3::new(noise.position, noise.position, noise.bearing).map(|s| s * s));
         for heading in [-2.0, 0.0, 1.3] {

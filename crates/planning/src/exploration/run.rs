@@ -54,7 +54,7 @@ pub fn explore(graph: &Graph, settings: &Settings) -> Result<Run, Error> {
     explore_while(graph, settings, &mut |_| true)
 }
 
-/// Explores a graph as long as whoever is told of each stop wants it to go on.
+/// Explores a graph until a callback, called at each stop, ends it.
 pub fn explore_while(graph: &Graph, settings: &Settings, goes_on: &mut dyn FnMut(&Stop) -> bool) -> Result<Run, Error> {
     graph.validate()?;
     let start = place(graph, graph.start);

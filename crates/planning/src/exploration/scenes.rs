@@ -8,7 +8,7 @@
 //! | `triangles`, `hexagons` | on lattices of these, with ways of length `step` |
 //! | `sparse` | on a square lattice, joined by a random spanning tree and a share `density` of the other ways: a family from a tree to the whole lattice |
 //!
-//! The number of cameras is the one asked for, or, for the lattices of triangles and hexagons, the nearest that they
+//! The number of cameras is the one requested, or, for the lattices of triangles and hexagons, the nearest that they
 //! have. The start is the first camera, at the origin, which is a corner of a lattice.
 
 use super::graph::{Edge, Graph, Node};

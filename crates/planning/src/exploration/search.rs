@@ -1,4 +1,4 @@
-//! The walk through the known building that is worth most: A* over walks, with the whole covariance as their state.
+//! The walk through the known building of least cost: A* over walks, with the whole covariance as their state.
 //!
 //! ```text
 //! J(walk) = length + cost(end) + lambda [ sum_i tr P_position(camera_i)  (+ tr P_position(robot)) ]
@@ -59,7 +59,7 @@ pub(super) struct Problem<'a> {
     pub reach: f64,
 }
 
-/// A walk and what it is worth.
+/// A walk and its cost.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Walk {
     /// The exits to take, one after the other.

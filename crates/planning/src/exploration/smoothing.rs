@@ -8,7 +8,7 @@
 //! e(d) = e + A (d_b - d_a),   e = Log(M^-1 T_a^-1 T_b),   A = Jr(e)^-1 Ad(T_b^-1)
 //! ```
 //!
-//! (a look from below a camera, `Z = Exp(v) T_R^-1 T_C`, is the relation of camera to robot with `M = Z^-1`). The sum of
+//! (a view from below a camera, `Z = Exp(v) T_R^-1 T_C`, is the relation of camera to robot with `M = Z^-1`). The sum of
 //! the `e' C^-1 e` is minimised from the filter's map on (`estimation::levenberg_marquardt`). The normalised squared error of the
 //! cameras alone is the least that the same sum, linear, can be made when the cameras' errors are held and the robot's are
 //! free: its marginal, without the inverse of a matrix.

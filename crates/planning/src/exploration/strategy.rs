@@ -8,7 +8,7 @@
 //! | return-to-nearest | back to the nearest other camera | the nearest | stop |
 //! | cheap | | the place with the least `J` over shortest paths | stop |
 //! | search | | the walk with the least `J` over all walks (`search`) | stop |
-//! | survey | | the place from which the rest takes the shortest tour (`frontier`) | the walks that are worth most ([`super::explorer`]) |
+//! | survey | | the place from which the rest takes the shortest tour (`frontier`) | the walks of least cost ([`super::explorer`]) |
 //!
 //! `J = length + lambda (sum of the position variances of cameras and robot)`. With errors in the world frame the final
 //! covariance does not depend on the order in which ways were driven, only on how often each was (but for the noise of
@@ -37,7 +37,7 @@ pub enum Strategy {
     Cheap,
     /// Which walk to new ground by cost.
     Search,
-    /// All new ground in a short drive, then the walks that are worth most.
+    /// All new ground in a short drive, then the walks of least cost.
     #[default]
     Survey,
 }
@@ -65,7 +65,7 @@ impl Strategy {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Goal {
-    /// Metres that one square metre less of summed variance is worth [1/m].
+    /// Metres of driving traded for one square metre less of summed variance [1/m].
     Lambda(f64),
     /// Root mean square standard deviation of the cameras' positions to reach [m]; survey only.
     Sigma(f64),

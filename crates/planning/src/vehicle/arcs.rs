@@ -1,4 +1,4 @@
-//! Arcs that a vehicle can drive, and what each tells of its parameters.
+//! Arcs that a vehicle can drive, and the information of each about its parameters.
 //!
 //! ```text
 //! path of the wheel  d = wheelbase turn/sin(delta)         tricycle
@@ -184,7 +184,7 @@ impl Arc {
         self.path.abs() / self.speed + limits.overhead
     }
 
-    /// What it tells of the free parameters.
+    /// Its information about the free parameters.
     #[must_use]
     pub fn information(&self, vehicle: &Vehicle, layout: &Layout, noise: &Noise) -> DMatrix<f64> {
         let steps = [self.step()];

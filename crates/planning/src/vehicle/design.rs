@@ -80,7 +80,7 @@ impl Choice {
         worst.is_finite().then(|| repetitions.iter().map(|w| w * worst).collect())
     }
 
-    /// The planes at a mixture, one a parameter.
+    /// The planes at a mixture, one per parameter.
     fn planes(&self, repetitions: &[f64]) -> Vec<Vec<f64>> {
         let Some(c) = self.covariance(repetitions) else { return Vec::new() };
         let plane = |i: usize| {

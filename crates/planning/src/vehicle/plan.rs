@@ -13,7 +13,7 @@ use thiserror::Error;
 /// Arcs of a plan, at most.
 const MOST_ARCS: f64 = 1e3;
 
-/// What is wanted of which vehicle, where.
+/// What is required of which vehicle, where.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
     /// The vehicle, about.
@@ -57,7 +57,7 @@ pub enum Error {
     /// The arcs that fit do not hold the parameters.
     #[error("the arcs within the limits do not hold all parameters: allow more steering angles, or a larger floor")]
     Weak,
-    /// What is wanted takes too many arcs.
+    /// What is required takes too many arcs.
     #[error("the wanted standard deviations take more than 1000 arcs: ask for larger ones")]
     TooMany,
     /// A number is out of range.
@@ -66,7 +66,7 @@ pub enum Error {
     /// The work was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// A wanted accuracy is none.
+    /// A required accuracy is invalid.
     #[error("a wanted standard deviation must be above 0 and finite, and one must be given at least")]
     Sigma,
 }

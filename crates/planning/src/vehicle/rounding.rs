@@ -7,7 +7,7 @@
 use super::design::{Choice, Mixture};
 use groma_models::{Cancelled, Token};
 
-/// Repetitions that stand for none, so that variances stay finite.
+/// Repetitions that represent none, so that variances stay finite.
 const LITTLE: f64 = 1e-8;
 /// Passes of exchange at most.
 const PASSES: usize = 20;
@@ -37,7 +37,7 @@ fn worst(choice: &Choice, counts: &[usize]) -> f64 {
     choice.worst(&repetitions)
 }
 
-/// Sum of what the variances are above 1; of a mixture that leaves parameters open, as if each arc were driven a little.
+/// Sum of what the variances are above 1; of a mixture that does not determine all parameters, as if each arc were driven a little.
 fn excess(choice: &Choice, support: &[usize], counts: &[usize]) -> f64 {
     let mut repetitions: Vec<f64> = counts.iter().map(|&n| n as f64).collect();
     support.iter().for_each(|&k| repetitions[k] += LITTLE);

@@ -113,7 +113,7 @@ impl Drivetrain {
         }
     }
 
-    /// Travel over which a vehicle asked for `angle` turns by `turn` [rad] [m].
+    /// Travel over which a vehicle with commanded `angle` turns by `turn` [rad] [m].
     #[must_use]
     pub fn travel(&self, angle: f64, turn: f64) -> f64 {
         match *self {

@@ -1,8 +1,8 @@
 //! Recordings for the calibration of a vehicle: wheels and scans of a drive in a hall, from known parameters.
 //!
-//! Unlike the other scenarios, which begin with a path and ask what the wheels must do, here the wheels are told what to
-//! do, and the path is what comes of it: the parameters are then exactly those of the kinematic model, slip and steering
-//! error are what the wheels do beside it.
+//! Unlike the other scenarios, which begin with a path and ask what the wheels must do,
+//! here the wheels are commanded, and the path is what comes of it: the parameters are then exactly those of the kinematic
+//! model, slip and steering error are what the wheels do beside it.
 //!
 //! Readings of the wheels are those of the true time but bear the stamp `time + delay`.
 

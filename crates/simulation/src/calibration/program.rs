@@ -1,7 +1,7 @@
 //! What a driver does to calibrate a vehicle: arcs from standstill to standstill, or ordinary driving.
 //!
 //! **Arcs** (the thesis' path generator): |angle| takes `angles` evenly spaced values; each is driven left and right, forward
-//! and backward, over a turn of `turn`. Speed is a trapezoid. Between two arcs the vehicle stands for `pause`, during
+//! and backward, over a turn of `turn`. Speed is a trapezoid. Between two arcs the vehicle stops for `pause`, during
 //! which it steers.
 //!
 //! **Continuous**: every 2 to 9 seconds the driver draws another speed and angle; both change at bounded rates. A draw

@@ -4,7 +4,7 @@
 //! vehicle, the curvature is `2 sin(beta) / d` (R. C. Coulter, CMU-RI-TR-92-01, 1992). The speed is the least of the
 //! limit, `rate / curvature`, and `sqrt(2 a remaining)`; speed and turn rate change no faster than their accelerations allow.
 //! The point steered to sways about the path, `sway sin(2 pi s / 9 m)`, and the vehicle starts askew: nobody drives along
-//! a line, and a start along a wall would flatter whoever maps on a grid.
+//! a line, and a start along a wall would flatter mapping on a grid.
 //! At the end of a leg the vehicle stops, waits, and, if it can, turns on the spot towards the next leg.
 
 use super::route::{Path, Route};

@@ -6,7 +6,7 @@
 //! off by the systematic errors. All errors share one scale, which can be chosen such that the odometry ends at a
 //! given distance from the truth (found by doubling and bisection, same random numbers throughout).
 //!
-//! A stall freezes the odometry that is given out, not the wheels: afterwards it is where it would have been.
+//! A stall freezes the odometry that is reported, not the wheels: afterwards it is where it would have been.
 
 use super::follower::Drive;
 use super::vehicle::{Vehicle, Wheels};
@@ -22,7 +22,7 @@ const SCALES: (f64, f64) = (1e-3, 1e3);
 /// Bisections: the scale is found to one part in 2^40.
 const BISECTIONS: usize = 40;
 
-/// What is wrong with the wheels and with what is believed of them.
+/// What is wrong with the wheels and with their assumed values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelErrors {
@@ -53,7 +53,7 @@ impl Default for WheelErrors {
     }
 }
 
-/// A time during which the odometry given out stands still.
+/// A time during which the reported odometry stands still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stall {
     /// Begin, after the start of the drive [s].
@@ -75,7 +75,7 @@ impl WheelReadings {
     /// The readings of `vehicle` on `drive`.
     ///
     /// # Errors
-    /// When no scale of the errors gives the final error asked for, or the token cancels the work.
+    /// When no scale of the errors gives the final error requested, or the token cancels the work.
     pub fn of(
         drive: &Drive,
         vehicle: &Vehicle,
@@ -96,7 +96,7 @@ impl WheelReadings {
     }
 }
 
-/// The least power of two times the smallest scale that errs enough, bisected down to the target.
+/// The least power of two times the smallest scale that is wrong enough, bisected down to the target.
 fn scale_for(target: f64, error: impl Fn(f64) -> Result<f64, SimulationError>) -> Result<f64, SimulationError> {
     let mut high = SCALES.0;
     while error(high)? < target {

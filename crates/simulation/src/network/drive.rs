@@ -59,7 +59,7 @@ pub(super) fn drive(scene: &NetworkScene) -> NetworkDrive {
     drive
 }
 
-/// What the wheels say of a true step: `Exp(u) = Exp(u_true) Exp(w)^-1`.
+/// What the wheels report of a true step: `Exp(u) = Exp(u_true) Exp(w)^-1`.
 fn measured(step: &Se2, scene: &NetworkScene, random: &mut Random) -> Se2 {
     let walk = &scene.noise.odometry;
     let (ds, turn) = (step.translation.norm(), step.theta().abs());

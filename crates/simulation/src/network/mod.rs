@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 pub struct SceneCamera {
     /// Its name.
     pub name: String,
-    /// What is believed of its lens; the true focal length may differ.
+    /// The assumed lens; the true focal length may differ.
     pub camera: Camera,
     /// `T_W_C`: x, y, z [m].
     pub position: [f64; 3],
@@ -84,7 +84,7 @@ pub struct NetworkScene {
     pub seed: u64,
     /// The cameras.
     pub cameras: Vec<SceneCamera>,
-    /// The target in the frame of the robot, as it is believed to be.
+    /// The target in the frame of the robot, as assumed.
     pub target: Target,
     /// Where the robot stops: x, y, heading; it drives straight from one to the next and turns in place. The first one
     /// is the start and has the pose (0, 0, 0).
