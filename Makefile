@@ -25,7 +25,7 @@ $(VENV)/.tools: pyproject.toml
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.tools $(SOURCES)
-	PIP_QUIET=1 VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile release --quiet --extras vision,link
+	PIP_QUIET=1 VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile release --generate-stubs --quiet --extras vision,link
 	@touch $@
 
 setup: $(VENV)/.tools ## make .venv with the tools

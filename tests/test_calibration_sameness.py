@@ -95,10 +95,10 @@ def library(
             machine.snapshot()
     outcome = machine.finish()
     fed, data = to_calibration(outcome.estimate()), outcome.data()
-    motions = SensorMotions(data["start"], data["end"], data["motion"], data["covariance"], data["coupling"])
+    motions = SensorMotions(data.start, data.end, data.motion, data.covariance, data.coupling)
     steered = fed.model != "differential"
-    readings = data["readings"]
-    log = OdometryLog(data["time"], readings[:, : 1 if steered else 2], readings[:, 1] if steered else None)
+    readings = data.readings
+    log = OdometryLog(data.time, readings[:, : 1 if steered else 2], readings[:, 1] if steered else None)
     asked = {name: case.asked[name] for name in ("wheelbase", "free") if name in case.asked}
     return fed, calibrate(case.asked.get("model", "auto"), log, motions, **asked)  # type: ignore[arg-type]
 

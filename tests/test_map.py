@@ -182,7 +182,7 @@ def test_the_same_bytes_from_the_settings_of_a_run(recording: Path, tmp_path: Pa
 
 
 def test_settings_that_are_left_out_have_their_defaults(recording: Path, result: MapResult, tmp_path: Path) -> None:
-    (tmp_path / "all.toml").write_text(to_toml({"map": _core.map_defaults()}))
+    (tmp_path / "all.toml").write_text(to_toml({"map": json.loads(_core.map_defaults())}))
     out = tmp_path / "out"
     assert groma.cli.run(["map", str(recording), "-o", str(out), "--config", str(tmp_path / "all.toml")]) == 0
     assert np.array_equal(read_g2o(out / "graph.g2o").poses, result.graph.poses)
@@ -223,7 +223,7 @@ def test_interrupted_it_finishes_the_map_of_what_was_read(rooms: Driven, recordi
 def test_message_by_message_the_core_gives_the_map_of_the_file(recording: Path, result: MapResult) -> None:
     """To the last bit, and with a look at it on the way."""
     opened = open_drive(open_recording(recording))
-    core = _core.Mapper(json.dumps(_core.map_defaults()), (opened.mount.x, opened.mount.y, opened.mount.yaw))
+    core = _core.Mapper(_core.map_defaults(), (opened.mount.x, opened.mount.y, opened.mount.yaw))
     assert core.state() is None
     for k, event in enumerate(opened.events()):
         if isinstance(event, LaserScan):
@@ -234,14 +234,14 @@ def test_message_by_message_the_core_gives_the_map_of_the_file(recording: Path, 
             early = core.snapshot()
     state = core.state()
     assert state is not None
-    assert state["covariance"].shape == (3, 3)
+    assert state.covariance.shape == (3, 3)
     arrays = core.finish()
-    assert len(early["stamps"]) < len(arrays["stamps"]) == state["keyframes"]
-    assert np.array_equal(arrays["poses"], result.graph.poses)
-    assert np.array_equal(arrays["trajectory"], result.trajectory)
-    assert np.array_equal(arrays["grid_cells"], result.grid.cells)
-    assert np.array_equal(arrays["landmark_positions"], result.landmarks.positions)
-    assert (arrays["counts"], arrays["verdict"]) == (result.counts, result.verdict)
+    assert len(early.graph.stamps) < len(arrays.graph.stamps) == state.keyframes
+    assert np.array_equal(arrays.graph.poses, result.graph.poses)
+    assert np.array_equal(arrays.trajectory, result.trajectory)
+    assert np.array_equal(arrays.grid.cells, result.grid.cells)
+    assert np.array_equal(arrays.landmarks.positions, result.landmarks.positions)
+    assert (arrays.counts, arrays.verdict) == (result.counts, result.verdict)
 
 
 def processor_seconds(pid: int) -> float:

@@ -58,7 +58,7 @@ pub struct PoseGraph {
 }
 
 /// When to stop, and what counts as false.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Options {
     /// Most Gauss-Newton steps of one descent.
     pub max_iterations: usize,

@@ -1,7 +1,8 @@
 //! `groma.vehicle_calibration`: messages in the order of their arrival into the pipeline, its outcome as arrays.
 
-use crate::calibration::to_dict;
-use crate::findings::to_list;
+use crate::border::{self, In1, Out};
+use crate::calibration::{VehicleEstimate, estimate};
+use crate::findings::{Row, to_rows};
 use crate::pose_graph::estimation_error;
 use crate::token::{Token, interruptible};
 use groma_calibration::vehicle;
@@ -13,27 +14,19 @@ use groma_pipeline::message::WheelReading;
 use groma_pipeline::wheels::VirtualWheels;
 use nalgebra::Matrix3;
 use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
 use std::collections::BTreeMap;
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<CalibrateVehicle>()?;
-    m.add_class::<CalibrationOutcome>()?;
-    m.add_function(wrap_pyfunction!(driving_factor, m)?)
-}
 
 /// How many times the driving so far it takes to bring a half-width to a tolerance.
 #[pyfunction]
-fn driving_factor(half_width: f64, tolerance: f64) -> f64 {
+pub(crate) fn driving_factor(half_width: f64, tolerance: f64) -> f64 {
     more_driving(half_width, tolerance)
 }
 
 /// Calibrates a vehicle from its messages; `axle` is that of wheels made from odometry [m].
 #[pyclass]
-struct CalibrateVehicle {
+pub(crate) struct CalibrateVehicle {
     core: calibrate::CalibrateVehicle,
     made: VirtualWheels,
 }
@@ -66,13 +59,7 @@ impl CalibrateVehicle {
     }
 
     /// A scan; `beams` is `(angle_min, angle_increment, time_increment, range_min, range_max)`.
-    fn push_scan(
-        &mut self,
-        py: Python<'_>,
-        stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
-        beams: (f64, f64, f64, f64, f64),
-    ) {
+    fn push_scan(&mut self, py: Python<'_>, stamp: f64, ranges: In1<'_, f64>, beams: (f64, f64, f64, f64, f64)) {
         let (angle_min, angle_increment, time_increment, range_min, range_max) = beams;
         let geometry = BeamGeometry { angle_min, angle_increment, time_increment, range_min, range_max };
         let scan = LaserScan { stamp, geometry, ranges: ranges.as_array().to_vec(), intensities: Vec::new() };
@@ -86,15 +73,20 @@ impl CalibrateVehicle {
     }
 
     /// What was noticed about the messages so far.
-    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+    fn findings(&self) -> Vec<Row> {
         let mut all = self.core.findings();
         all.extend(self.made.findings());
-        to_list(py, &all)
+        to_rows(&all)
     }
 
     /// What the messages so far give.
     #[pyo3(signature = (token=None, show=None))]
-    fn snapshot(&self, py: Python<'_>, token: Option<&Token>, show: Option<Py<PyAny>>) -> PyResult<CalibrationOutcome> {
+    fn snapshot(
+        &self,
+        py: Python<'_>,
+        token: Option<&Token>,
+        show: Option<border::Progress>,
+    ) -> PyResult<CalibrationOutcome> {
         let found = interruptible(py, token, show.as_ref(), |token| self.core.snapshot(token))?;
         self.outcome(py, found)
     }
@@ -105,7 +97,7 @@ impl CalibrateVehicle {
         &mut self,
         py: Python<'_>,
         token: Option<&Token>,
-        show: Option<Py<PyAny>>,
+        show: Option<border::Progress>,
     ) -> PyResult<CalibrationOutcome> {
         let core = &mut self.core;
         let found = interruptible(py, token, show.as_ref(), |token| core.finish(token))?;
@@ -122,66 +114,79 @@ impl CalibrateVehicle {
 }
 
 /// A row a point.
-type Rows<'py> = Bound<'py, PyArray2<f64>>;
+type Rows = border::Array2<f64>;
+
+/// What a calibration was made of: wheel readings, how the drive was cut, motions of the laser.
+#[pyclass(frozen, get_all)]
+pub(crate) struct CalibrationData {
+    time: border::Array1<f64>,
+    readings: border::Array2<f64>,
+    breaks: border::Array2<f64>,
+    kind: &'static str,
+    stations: border::Array2<f64>,
+    start: border::Array1<f64>,
+    end: border::Array1<f64>,
+    motion: border::Array2<f64>,
+    covariance: Option<border::Array3<f64>>,
+    coupling: Option<border::Array3<f64>>,
+    /// Why, first and last stamp [s].
+    left_out: Vec<(&'static str, f64, f64)>,
+}
 
 /// A calibration with what it was made of.
 #[pyclass(frozen)]
-struct CalibrationOutcome(Outcome);
+pub(crate) struct CalibrationOutcome(Outcome);
 
 #[pymethods]
 impl CalibrationOutcome {
     /// The estimate, as `vehicle_calibrate` gives it.
-    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        to_dict(py, &self.0.calibration)
+    fn estimate(&self, py: Python<'_>) -> VehicleEstimate {
+        estimate(py, &self.0.calibration)
     }
 
     /// What it was made of, as arrays by name.
-    fn data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn data(&self, py: Python<'_>) -> CalibrationData {
         let Outcome { log, breaks, segments, motions, left_out, .. } = &self.0;
-        let (dict, m) = (PyDict::new(py), &motions.motions);
-        let column = |of: fn(&vehicle::Motion) -> f64| m.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
-        dict.set_item("time", log.time().to_vec().into_pyarray(py))?;
-        let readings = Array2::from_shape_fn((log.time().len(), 2), |(k, c)| log.reading(k)[c]);
-        dict.set_item("readings", readings.into_pyarray(py))?;
-        let pairs = |rows: Vec<(f64, f64)>| {
-            Array2::from_shape_fn((rows.len(), 2), |(k, c)| [rows[k].0, rows[k].1][c]).into_pyarray(py)
-        };
-        dict.set_item("breaks", pairs(breaks.clone()))?;
-        dict.set_item("kind", segments.kind.name())?;
-        dict.set_item("stations", pairs(segments.stations.iter().map(|s| (s.from, s.to)).collect()))?;
-        dict.set_item("start", column(|m| m.start))?;
-        dict.set_item("end", column(|m| m.end))?;
+        let m = &motions.motions;
+        let pairs =
+            |rows: Vec<(f64, f64)>| Array2::from_shape_fn((rows.len(), 2), |(k, c)| [rows[k].0, rows[k].1][c]).out(py);
         let motion = |(k, c): (usize, usize)| [m[k].motion.x(), m[k].motion.y(), m[k].turn][c];
-        dict.set_item("motion", Array2::from_shape_fn((m.len(), 3), motion).into_pyarray(py))?;
-        dict.set_item("covariance", motions.covariances.as_ref().map(|c| blocks(c).into_pyarray(py)))?;
-        dict.set_item("coupling", motions.couplings.as_ref().map(|c| blocks(c).into_pyarray(py)))?;
-        let reasons: Vec<_> = left_out.iter().map(|l| (l.reason.text(), l.span.0, l.span.1)).collect();
-        dict.set_item("left_out", reasons)?;
-        Ok(dict)
+        CalibrationData {
+            time: log.time().to_vec().out(py),
+            readings: Array2::from_shape_fn((log.time().len(), 2), |(k, c)| log.reading(k)[c]).out(py),
+            breaks: pairs(breaks.clone()),
+            kind: segments.kind.name(),
+            stations: pairs(segments.stations.iter().map(|s| (s.from, s.to)).collect()),
+            start: border::column(py, m.iter().map(|m| m.start)),
+            end: border::column(py, m.iter().map(|m| m.end)),
+            motion: Array2::from_shape_fn((m.len(), 3), motion).out(py),
+            covariance: motions.covariances.as_ref().map(|c| blocks(c).out(py)),
+            coupling: motions.couplings.as_ref().map(|c| blocks(c).out(py)),
+            left_out: left_out.iter().map(|l| (l.reason.text(), l.span.0, l.span.1)).collect(),
+        }
     }
 
     /// Distance [m] and turn [rad] (m, 2) of every motion, by the wheels.
-    fn driven<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+    fn driven(&self, py: Python<'_>) -> border::Array2<f64> {
         let driven = self.0.driven();
-        Array2::from_shape_fn((driven.len(), 2), |(k, c)| driven[k][c]).into_pyarray(py)
+        Array2::from_shape_fn((driven.len(), 2), |(k, c)| driven[k][c]).out(py)
     }
 
     /// The path of the laser in pieces (k, 2): as measured, and as the wheels tell it.
-    fn laser_paths<'py>(&self, py: Python<'py>) -> Vec<(Rows<'py>, Rows<'py>)> {
-        let array = |points: &[nalgebra::Vector2<f64>]| {
-            Array2::from_shape_fn((points.len(), 2), |(k, c)| points[k][c]).into_pyarray(py)
-        };
+    fn laser_paths(&self, py: Python<'_>) -> Vec<(Rows, Rows)> {
+        let array =
+            |points: &[nalgebra::Vector2<f64>]| Array2::from_shape_fn((points.len(), 2), |(k, c)| points[k][c]).out(py);
         self.0.laser_paths().iter().map(|path| (array(&path.measured), array(&path.told))).collect()
     }
 
     /// All that was noticed.
-    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        to_list(py, &self.0.findings)
+    fn findings(&self) -> Vec<Row> {
+        to_rows(&self.0.findings)
     }
 
     /// Parameters that are not yet known as well as wanted, by name and tolerance [SI].
-    fn missed<'py>(&self, py: Python<'py>, tolerances: BTreeMap<String, f64>) -> PyResult<Bound<'py, PyList>> {
-        to_list(py, &missed(&self.0.calibration, &tolerances))
+    fn missed(&self, tolerances: BTreeMap<String, f64>) -> Vec<Row> {
+        to_rows(&missed(&self.0.calibration, &tolerances))
     }
 }
 

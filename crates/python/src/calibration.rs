@@ -1,5 +1,6 @@
 //! `groma.calibration`: vehicles from wheel readings and laser motions.
 
+use crate::border::{self, In1, In2, In3, Out};
 use crate::pose_graph::estimation_error;
 use crate::token::interruptible;
 use groma_calibration::vehicle::hand_eye::Form;
@@ -13,48 +14,40 @@ use groma_geometry::Se2;
 use groma_models::{WheelKind, WheelLog};
 use nalgebra::{Matrix3, Vector2};
 use numpy::ndarray::{Array2, ArrayView3};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 
 /// Model, wheelbase, gain, delay, names of what is free.
 type Asked = (Option<String>, Option<f64>, f64, f64, Vec<String>);
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(vehicle_calibration_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(vehicle_calibrate, m)?)?;
-    m.add_function(wrap_pyfunction!(vehicle_closed_form, m)?)?;
-    m.add_function(wrap_pyfunction!(interval_factor, m)?)
-}
-
 /// Settings as JSON.
 #[pyfunction]
-fn vehicle_calibration_defaults() -> PyResult<String> {
+pub(crate) fn vehicle_calibration_defaults() -> PyResult<String> {
     serde_json::to_string(&Options::default()).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 /// Half-width of an interval over the standard deviation.
 #[pyfunction]
 #[pyo3(signature = (confidence, dof, claims))]
-fn interval_factor(confidence: f64, dof: Option<usize>, claims: usize) -> f64 {
+pub(crate) fn interval_factor(confidence: f64, dof: Option<usize>, claims: usize) -> f64 {
     stopping::factor(confidence, dof, claims)
 }
 
 /// `motions` is start, end, x, y, turn a row.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument an array: Python names them")]
-fn vehicle_calibrate<'py>(
+pub(crate) fn vehicle_calibrate<'py>(
     py: Python<'py>,
-    time: PyReadonlyArray1<'py, f64>,
-    readings: PyReadonlyArray2<'py, f64>,
+    time: In1<'py, f64>,
+    readings: In2<'py, f64>,
     steered: bool,
-    motions: PyReadonlyArray2<'py, f64>,
-    covariances: Option<PyReadonlyArray3<'py, f64>>,
-    couplings: Option<PyReadonlyArray3<'py, f64>>,
+    motions: In2<'py, f64>,
+    covariances: Option<In3<'py, f64>>,
+    couplings: Option<In3<'py, f64>>,
     asked: Asked,
     options: &str,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<VehicleEstimate> {
     let log = wheel_log(&time, &readings, steered).map_err(|e| raise(py, &e))?;
     let motions = Motions {
         motions: to_motions(&motions),
@@ -67,7 +60,7 @@ fn vehicle_calibrate<'py>(
     let request = Request { model: to_model(model.as_deref())?, wheelbase, gain, delay, free: &free };
     let found = interruptible(py, None, None, |token| calibrate(&log, &motions, &request, &options, token))?;
     let found = found.map_err(|e| raise(py, &e))?;
-    to_dict(py, &found)
+    Ok(estimate(py, &found))
 }
 
 /// The numbers by name, and the motions that were kept.
@@ -76,12 +69,12 @@ type ClosedForm = (Vec<(String, f64)>, Vec<usize>);
 /// The closed form alone, with trimming: the nine numbers and the motions that were kept.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument an array or a setting: Python names them")]
-fn vehicle_closed_form<'py>(
+pub(crate) fn vehicle_closed_form<'py>(
     py: Python<'py>,
-    time: PyReadonlyArray1<'py, f64>,
-    readings: PyReadonlyArray2<'py, f64>,
+    time: In1<'py, f64>,
+    readings: In2<'py, f64>,
     steered: bool,
-    motions: PyReadonlyArray2<'py, f64>,
+    motions: In2<'py, f64>,
     asked: Asked,
     centres: bool,
     trim: (usize, f64),
@@ -105,17 +98,13 @@ fn named(layout: &Layout, values: &nalgebra::DVector<f64>) -> Vec<(String, f64)>
     layout.names().iter().map(ToString::to_string).zip(values.iter().copied()).collect()
 }
 
-fn wheel_log(
-    time: &PyReadonlyArray1<'_, f64>,
-    readings: &PyReadonlyArray2<'_, f64>,
-    steered: bool,
-) -> Result<WheelLog, Error> {
+fn wheel_log(time: &In1<'_, f64>, readings: &In2<'_, f64>, steered: bool) -> Result<WheelLog, Error> {
     let readings = readings.as_array().rows().into_iter().map(|r| Vector2::new(r[0], r[1])).collect();
     let kind = if steered { WheelKind::Steered } else { WheelKind::Differential };
     Ok(WheelLog::new(kind, time.as_array().to_vec(), readings)?)
 }
 
-fn to_motions(rows: &PyReadonlyArray2<'_, f64>) -> Vec<Motion> {
+fn to_motions(rows: &In2<'_, f64>) -> Vec<Motion> {
     let motion = |r: numpy::ndarray::ArrayView1<'_, f64>| Motion {
         start: r[0],
         end: r[1],
@@ -142,45 +131,68 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
     serde_json::from_str(json).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
-pub(crate) fn to_dict<'py>(py: Python<'py>, found: &Calibration) -> PyResult<Bound<'py, PyDict>> {
-    let (x, layout, dict) = (found.vehicle.to_full(), &found.layout, PyDict::new(py));
-    let fixed = PyDict::new(py);
+/// A calibrated vehicle.
+#[pyclass(frozen, get_all)]
+pub(crate) struct VehicleEstimate {
+    model: &'static str,
+    names: Vec<String>,
+    values: border::Array1<f64>,
+    sigmas: border::Array1<f64>,
+    correlation: border::Array2<f64>,
+    covariance: border::Array2<f64>,
+    /// Parameters that were taken as given.
+    fixed: BTreeMap<&'static str, f64>,
+    chi_square: f64,
+    dof: usize,
+    interval_dof: Option<usize>,
+    noise_scale: f64,
+    correlated: bool,
+    converged: bool,
+    observed: Vec<bool>,
+    residuals: border::Array2<f64>,
+    weights: border::Array1<f64>,
+    /// Name, statistic, degrees of freedom, p-value.
+    tests: Vec<(&'static str, f64, usize, f64)>,
+    /// Direction over the parameters, and in words.
+    weak: Vec<(Vec<f64>, String)>,
+    /// Folds, medians of the position [m] and the heading [rad], root mean square of the position [m].
+    held_out: Option<(usize, f64, f64, f64)>,
+    notes: Vec<String>,
+}
+
+pub(crate) fn estimate(py: Python<'_>, found: &Calibration) -> VehicleEstimate {
+    let (x, layout) = (found.vehicle.to_full(), &found.layout);
     let candidates = [("wheelbase", WHEELBASE), ("steering_gain", GAIN), ("delay", DELAY)];
     let steered = layout.model != Model::Differential;
-    for (name, index) in candidates.into_iter().filter(|c| !layout.is_free(c.1) && (steered || c.1 == DELAY)) {
-        fixed.set_item(name, x[index])?;
-    }
-    let n = layout.len();
-    dict.set_item("model", layout.model.name())?;
-    dict.set_item("names", layout.names())?;
-    dict.set_item("values", layout.values(&x).as_slice().to_vec().into_pyarray(py))?;
+    let given = candidates.into_iter().filter(|c| !layout.is_free(c.1) && (steered || c.1 == DELAY));
+    let (n, rows) = (layout.len(), found.residuals.len());
     let sigma = |k: usize| found.covariance[(k, k)].sqrt();
     let correlation = |(i, j): (usize, usize)| {
         let scale = sigma(i) * sigma(j);
         if scale > 0.0 { found.covariance[(i, j)] / scale } else { found.covariance[(i, j)] }
     };
-    dict.set_item("sigmas", (0..n).map(sigma).collect::<Vec<_>>().into_pyarray(py))?;
-    dict.set_item("correlation", Array2::from_shape_fn((n, n), correlation).into_pyarray(py))?;
-    dict.set_item("covariance", Array2::from_shape_fn((n, n), |i| found.covariance[i]).into_pyarray(py))?;
-    dict.set_item("fixed", fixed)?;
-    dict.set_item("chi_square", found.chi_square)?;
-    dict.set_item("dof", found.dof)?;
-    dict.set_item("interval_dof", found.interval_dof)?;
-    dict.set_item("noise_scale", found.noise_scale)?;
-    dict.set_item("correlated", found.correlated)?;
-    dict.set_item("converged", found.converged)?;
-    dict.set_item("observed", found.observed())?;
-    let rows = found.residuals.len();
-    dict.set_item("residuals", Array2::from_shape_fn((rows, 3), |(k, c)| found.residuals[k][c]).into_pyarray(py))?;
-    dict.set_item("weights", found.weights.clone().into_pyarray(py))?;
-    let tests: Vec<_> = found.tests.iter().map(|t| (t.name, t.statistic, t.dof, t.p_value)).collect();
-    dict.set_item("tests", tests)?;
-    let weak: Vec<_> = found.weak.iter().map(|w| (w.direction.as_slice().to_vec(), w.words.clone())).collect();
-    dict.set_item("weak", weak)?;
-    let held_out = found.held_out.map(|h| (h.folds, h.position_median, h.heading_median, h.position_rms));
-    dict.set_item("held_out", held_out)?;
-    dict.set_item("notes", found.notes.clone())?;
-    Ok(dict)
+    VehicleEstimate {
+        model: layout.model.name(),
+        names: layout.names().iter().map(ToString::to_string).collect(),
+        values: layout.values(&x).as_slice().to_vec().out(py),
+        sigmas: border::column(py, (0..n).map(sigma)),
+        correlation: Array2::from_shape_fn((n, n), correlation).out(py),
+        covariance: Array2::from_shape_fn((n, n), |i| found.covariance[i]).out(py),
+        fixed: given.map(|(name, index)| (name, x[index])).collect(),
+        chi_square: found.chi_square,
+        dof: found.dof,
+        interval_dof: found.interval_dof,
+        noise_scale: found.noise_scale,
+        correlated: found.correlated,
+        converged: found.converged,
+        observed: found.observed(),
+        residuals: Array2::from_shape_fn((rows, 3), |(k, c)| found.residuals[k][c]).out(py),
+        weights: found.weights.clone().out(py),
+        tests: found.tests.iter().map(|t| (t.name, t.statistic, t.dof, t.p_value)).collect(),
+        weak: found.weak.iter().map(|w| (w.direction.as_slice().to_vec(), w.words.clone())).collect(),
+        held_out: found.held_out.map(|h| (h.folds, h.position_median, h.heading_median, h.position_rms)),
+        notes: found.notes.clone(),
+    }
 }
 
 /// Data that hold no estimate are an estimation that failed; anything else is a mistake of the caller.

@@ -1,32 +1,23 @@
 //! `groma.camera` and `groma.target`: cameras and targets as JSON in, arrays out.
 
+use crate::border::{self, In2, Out};
 use groma_models::{Camera, Lens, Pattern, Target};
 use nalgebra::{Vector2, Vector3};
 use numpy::ndarray::Array2;
-use numpy::{PyArray2, PyReadonlyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-type Table<'py> = Bound<'py, PyArray2<f64>>;
-
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(camera_lenses, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_project, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_unproject, m)?)?;
-    m.add_function(wrap_pyfunction!(pattern_corners, m)?)?;
-    m.add_function(wrap_pyfunction!(target_check, m)?)
-}
+type Table<'py> = border::Array2<f64>;
 
 /// Name and parameters of every lens model.
 #[pyfunction]
-fn camera_lenses() -> Vec<(&'static str, Vec<&'static str>)> {
+pub(crate) fn camera_lenses() -> Vec<(&'static str, Vec<&'static str>)> {
     Lens::ALL.iter().map(|lens| (lens.name(), lens.names().to_vec())).collect()
 }
 
 /// Pixels (m, 2) of points (m, 3) in the frame of the camera; NaN where it does not see one.
 #[pyfunction]
-fn camera_project<'py>(py: Python<'py>, camera: &str, points: PyReadonlyArray2<'py, f64>) -> PyResult<Table<'py>> {
+pub(crate) fn camera_project<'py>(py: Python<'py>, camera: &str, points: In2<'py, f64>) -> PyResult<Table<'py>> {
     let camera: Camera = parse(camera)?;
     let points = points.as_array();
     let pixels = points.outer_iter().map(|p| camera.project(&Vector3::new(p[0], p[1], p[2])));
@@ -35,7 +26,7 @@ fn camera_project<'py>(py: Python<'py>, camera: &str, points: PyReadonlyArray2<'
 
 /// Directions (m, 3) of length 1 that pixels (m, 2) see; NaN where the lens model does not reach.
 #[pyfunction]
-fn camera_unproject<'py>(py: Python<'py>, camera: &str, pixels: PyReadonlyArray2<'py, f64>) -> PyResult<Table<'py>> {
+pub(crate) fn camera_unproject<'py>(py: Python<'py>, camera: &str, pixels: In2<'py, f64>) -> PyResult<Table<'py>> {
     let camera: Camera = parse(camera)?;
     let pixels = pixels.as_array();
     let directions = pixels.outer_iter().map(|p| camera.unproject(&Vector2::new(p[0], p[1])));
@@ -44,14 +35,14 @@ fn camera_unproject<'py>(py: Python<'py>, camera: &str, pixels: PyReadonlyArray2
 
 /// Corners (k, 3) of a pattern in the frame of its panel, in the order of their numbers.
 #[pyfunction]
-fn pattern_corners<'py>(py: Python<'py>, pattern: &str) -> PyResult<Table<'py>> {
+pub(crate) fn pattern_corners<'py>(py: Python<'py>, pattern: &str) -> PyResult<Table<'py>> {
     let pattern: Pattern = parse(pattern)?;
     Ok(table(py, pattern.corners().into_iter().map(|p| Some(p.into()))))
 }
 
 /// Refuses a target that makes no sense.
 #[pyfunction]
-fn target_check(target: &str) -> PyResult<()> {
+pub(crate) fn target_check(target: &str) -> PyResult<()> {
     parse::<Target>(target)?.check().map_err(invalid)
 }
 
@@ -70,5 +61,5 @@ pub fn table<'py, const N: usize>(py: Python<'py>, rows: impl Iterator<Item = Op
     let rows: Vec<[f64; N]> = rows.map(|row| row.unwrap_or([f64::NAN; N])).collect();
     let mut array = Array2::zeros((rows.len(), N));
     array.iter_mut().zip(rows.as_flattened()).for_each(|(cell, value)| *cell = *value);
-    array.to_pyarray(py)
+    array.out(py)
 }

@@ -1,5 +1,6 @@
 //! `groma.camera_calibration`: intrinsics from corners, poses of panels, projection uncertainty.
 
+use crate::border::{self, In1, In2, Out};
 use crate::camera::{invalid, parse};
 use crate::rendering::entries;
 use crate::token::{Token, cancelled, interruptible};
@@ -8,33 +9,23 @@ use groma_calibration::camera::{
 };
 use groma_models::Camera;
 use nalgebra::{DMatrix, Matrix6, Vector2, Vector3};
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-type Floats<'py> = Bound<'py, PyArray1<f64>>;
-
-/// Adds what is in this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<CameraArrays>()?;
-    m.add_function(wrap_pyfunction!(camera_calibration_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(calibrate_camera, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_panel_pose, m)?)?;
-    m.add_function(wrap_pyfunction!(projection_sigmas, m)?)
-}
+type Floats<'py> = border::Array1<f64>;
 
 /// The default settings as JSON.
 #[pyfunction]
-fn camera_calibration_defaults() -> PyResult<String> {
+pub(crate) fn camera_calibration_defaults() -> PyResult<String> {
     serde_json::to_string(&Options::default()).map_err(invalid)
 }
 
 /// A calibration, flat: of views, one row each (V); of corners, one each in the order given (N).
 #[pyclass(frozen, get_all, module = "groma._core")]
-struct CameraArrays {
+pub(crate) struct CameraArrays {
     parameters: Vec<f64>,
-    covariance: Py<PyArray1<f64>>,
-    inflated: Py<PyArray1<f64>>,
+    covariance: border::Array1<f64>,
+    inflated: border::Array1<f64>,
     residual_factor: f64,
     rms: f64,
     rms_all: f64,
@@ -49,10 +40,10 @@ struct CameraArrays {
     known: Vec<bool>,
     taken: Vec<bool>,
     decided: Vec<bool>,
-    poses: Py<PyArray1<f64>>,
-    white: Py<PyArray1<f64>>,
-    covariances: Py<PyArray1<f64>>,
-    residuals: Py<PyArray1<f64>>,
+    poses: border::Array1<f64>,
+    white: border::Array1<f64>,
+    covariances: border::Array1<f64>,
+    residuals: border::Array1<f64>,
     used: Vec<bool>,
     view_rms: Vec<Option<f64>>,
     view_places: Vec<Option<[f64; 3]>>,
@@ -65,13 +56,13 @@ struct CameraArrays {
 #[pyfunction]
 #[pyo3(signature = (size, views, points, pixels, sigmas, options, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
-fn calibrate_camera(
+pub(crate) fn calibrate_camera(
     py: Python<'_>,
     size: (u32, u32),
     views: Vec<(usize, usize)>,
-    points: PyReadonlyArray2<'_, f64>,
-    pixels: PyReadonlyArray2<'_, f64>,
-    sigmas: PyReadonlyArray1<'_, f64>,
+    points: In2<'_, f64>,
+    pixels: In2<'_, f64>,
+    sigmas: In1<'_, f64>,
     options: &str,
     token: Option<&Token>,
 ) -> PyResult<CameraArrays> {
@@ -92,11 +83,7 @@ fn raised(refusal: Refusal) -> PyErr {
     }
 }
 
-pub(crate) fn sightings(
-    points: &PyReadonlyArray2<'_, f64>,
-    pixels: &PyReadonlyArray2<'_, f64>,
-    sigmas: &PyReadonlyArray1<'_, f64>,
-) -> Vec<Sighting> {
+pub(crate) fn sightings(points: &In2<'_, f64>, pixels: &In2<'_, f64>, sigmas: &In1<'_, f64>) -> Vec<Sighting> {
     let (points, pixels) = (points.as_array(), pixels.as_array());
     let one = |((p, q), s): ((numpy::ndarray::ArrayView1<'_, f64>, numpy::ndarray::ArrayView1<'_, f64>), &f64)| {
         Sighting { point: Vector3::new(p[0], p[1], p[2]), pixel: Vector2::new(q[0], q[1]), sigma: *s }
@@ -110,7 +97,7 @@ fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraAr
         let one = |v: &Option<ViewResult>| {
             v.as_ref().map_or(Matrix6::repeat(f64::NAN), of).iter().copied().collect::<Vec<_>>()
         };
-        PyArray1::from_iter(py, found.views.iter().flat_map(one)).unbind()
+        found.views.iter().flat_map(one).collect::<numpy::ndarray::Array1<_>>().out(py)
     };
     let poses = found.views.iter().flat_map(|v| v.as_ref().map_or([f64::NAN; 16], |v| entries(&v.pose)));
     let corners =
@@ -134,10 +121,10 @@ fn arrays(py: Python<'_>, views: &[View], found: &CameraCalibration) -> CameraAr
         known: found.views.iter().map(Option::is_some).collect(),
         taken: flag(|v| v.taken),
         decided: flag(|v| v.decided),
-        poses: PyArray1::from_iter(py, poses).unbind(),
+        poses: poses.collect::<numpy::ndarray::Array1<_>>().out(py),
         white: matrices(|v| v.white),
         covariances: matrices(|v| v.covariance),
-        residuals: PyArray1::from_iter(py, corners().flat_map(residual)).unbind(),
+        residuals: corners().flat_map(residual).collect::<numpy::ndarray::Array1<_>>().out(py),
         used: corners().map(|(known, k)| known.as_ref().is_some_and(|v| v.used[k])).collect(),
         view_places: found.views.iter().map(|v| v.as_ref().map(ViewResult::place)).collect(),
         sigmas_claimed: sigmas(&found.covariance),
@@ -150,8 +137,8 @@ fn sigmas(covariance: &DMatrix<f64>) -> Vec<f64> {
     covariance.diagonal().iter().map(|v| v.sqrt()).collect()
 }
 
-fn flat(py: Python<'_>, symmetric: &DMatrix<f64>) -> Py<PyArray1<f64>> {
-    PyArray1::from_iter(py, symmetric.iter().copied()).unbind()
+fn flat(py: Python<'_>, symmetric: &DMatrix<f64>) -> border::Array1<f64> {
+    symmetric.iter().copied().collect::<numpy::ndarray::Array1<_>>().out(py)
 }
 
 /// Pose (16), covariance (36), sensitivity (6 n, by columns), chi-square, dof, decided, the other pose (16) and its chi-square.
@@ -159,16 +146,16 @@ type Pose<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, f64, usize, bool, Optio
 
 /// The pose of a panel seen by a camera; None when its corners tell none.
 #[pyfunction]
-fn camera_panel_pose<'py>(
+pub(crate) fn camera_panel_pose<'py>(
     py: Python<'py>,
     camera: &str,
-    points: PyReadonlyArray2<'py, f64>,
-    pixels: PyReadonlyArray2<'py, f64>,
-    sigmas: PyReadonlyArray1<'py, f64>,
+    points: In2<'py, f64>,
+    pixels: In2<'py, f64>,
+    sigmas: In1<'py, f64>,
 ) -> PyResult<Option<Pose<'py>>> {
     let camera: Camera = parse(camera)?;
     let corners = sightings(&points, &pixels, &sigmas);
-    let array = |values: &[f64]| PyArray1::from_slice(py, values);
+    let array = |values: &[f64]| border::column(py, values.iter().copied());
     Ok(py.detach(|| panel_pose(&camera, &corners)).map(|found| {
         let sensitivity = found.sensitivity.columns(0, camera.count()).into_owned();
         (
@@ -185,10 +172,10 @@ fn camera_panel_pose<'py>(
 
 /// Shape, pixels (2 each) and standard deviations of a grid over the image, for a covariance (n, n) of the parameters.
 #[pyfunction]
-fn projection_sigmas<'py>(
+pub(crate) fn projection_sigmas<'py>(
     py: Python<'py>,
     camera: &str,
-    covariance: PyReadonlyArray2<'py, f64>,
+    covariance: In2<'py, f64>,
 ) -> PyResult<((usize, usize), Floats<'py>, Floats<'py>)> {
     let camera: Camera = parse(camera)?;
     let covariance = covariance.as_array();
@@ -197,6 +184,6 @@ fn projection_sigmas<'py>(
     }
     let covariance = DMatrix::from_fn(camera.count(), camera.count(), |i, j| covariance[(i, j)]);
     let map = ProjectionMap::new(&camera);
-    let pixels = PyArray1::from_iter(py, map.pixels.iter().flat_map(|p| [p.x, p.y]));
-    Ok((map.shape, pixels, PyArray1::from_iter(py, map.sigmas(&covariance))))
+    let pixels = border::column(py, map.pixels.iter().flat_map(|p| [p.x, p.y]));
+    Ok((map.shape, pixels, border::column(py, map.sigmas(&covariance))))
 }

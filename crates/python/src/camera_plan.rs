@@ -1,5 +1,6 @@
 //! `groma.camera_plan`: a stage and settings as JSON in, drives before one camera as JSON out.
 
+use crate::border::{In1, In2};
 use crate::camera::{invalid, parse};
 use crate::camera_calibration::sightings;
 use crate::gate;
@@ -15,20 +16,9 @@ use groma_planning::camera::{
 };
 use groma_planning::exploration::Noise;
 use nalgebra::DMatrix;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde_json::{Value, json};
-
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(camera_plan_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_mount, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_plan, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_ranking, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_trials, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_study, m)?)
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -55,7 +45,7 @@ struct KnownSpec {
 
 /// Search, trials, nominal camera, target, noise of corners.
 #[pyfunction]
-fn camera_plan_defaults() -> PyResult<String> {
+pub(crate) fn camera_plan_defaults() -> PyResult<String> {
     let camera = nominal_camera().map_err(invalid)?;
     let (search, tries) = (Search::default(), Tries::default());
     let all = json!({"search": search, "tries": tries, "camera": camera, "target": upright_panels(&FAN), "corner": SIGMA, "sitting": Sitting::default()});
@@ -64,7 +54,7 @@ fn camera_plan_defaults() -> PyResult<String> {
 
 /// Position, then x, y, z, w of a camera at a height, pitched down.
 #[pyfunction]
-fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
+pub(crate) fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
     Ok(numbers(&mount(height, pitch).map_err(invalid)?))
 }
 
@@ -73,16 +63,16 @@ fn camera_mount(height: f64, pitch: f64) -> PyResult<[f64; 7]> {
 #[pyfunction]
 #[pyo3(signature = (stage, start, poses, search, known, points, pixels, sigmas, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
-fn camera_plan(
+pub(crate) fn camera_plan(
     py: Python<'_>,
     stage: &str,
     start: (f64, f64, f64),
     poses: Option<Vec<(f64, f64, f64)>>,
     search: &str,
     known: &str,
-    points: PyReadonlyArray2<'_, f64>,
-    pixels: PyReadonlyArray2<'_, f64>,
-    sigmas: PyReadonlyArray1<'_, f64>,
+    points: In2<'_, f64>,
+    pixels: In2<'_, f64>,
+    sigmas: In1<'_, f64>,
     token: Option<&Token>,
 ) -> PyResult<String> {
     let (stage, search) = (parse::<StageSpec>(stage)?.stage()?, parse::<Search>(search)?);
@@ -112,7 +102,7 @@ fn camera_plan(
 
 /// Common trajectories, best first.
 #[pyfunction]
-fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> PyResult<String> {
+pub(crate) fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> PyResult<String> {
     let (stage, noise) = (parse::<StageSpec>(stage)?.stage()?, parse::<Noise>(noise)?);
     let ranked = py.detach(|| ranking(&stage, distance, &noise)).map_err(invalid)?;
     Ok(Value::from(ranked.iter().map(judged).collect::<Vec<_>>()).to_string())
@@ -121,7 +111,7 @@ fn camera_ranking(py: Python<'_>, stage: &str, distance: f64, noise: &str) -> Py
 /// A common trajectory, tried out.
 #[pyfunction]
 #[pyo3(signature = (stage, motion, distance, tries, token=None))]
-fn camera_trials(
+pub(crate) fn camera_trials(
     py: Python<'_>,
     stage: &str,
     motion: &str,
@@ -141,7 +131,7 @@ fn camera_trials(
 /// A panel held before a camera, tried out.
 #[pyfunction]
 #[pyo3(signature = (sitting, tries, token=None))]
-fn camera_study(py: Python<'_>, sitting: &str, tries: &str, token: Option<&Token>) -> PyResult<String> {
+pub(crate) fn camera_study(py: Python<'_>, sitting: &str, tries: &str, token: Option<&Token>) -> PyResult<String> {
     let (sitting, tries) = (parse::<Sitting>(sitting)?, parse::<Tries>(tries)?);
     let found = interruptible(py, token, None, |token| study(&sitting, &tries, token))?.map_err(raised)?;
     serde_json::to_string(&found).map_err(invalid)

@@ -1,5 +1,6 @@
 //! `groma.exploration`: graphs, settings and events as JSON in, runs as JSON out.
 
+use crate::border;
 use crate::token::{Token, cancelled, interruptible};
 use groma_models::Token as Work;
 use groma_planning::exploration::monte_carlo::try_walk_while;
@@ -10,43 +11,33 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<ExplorerState>()?;
-    m.add_function(wrap_pyfunction!(exploration_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(exploration_scene, m)?)?;
-    m.add_function(wrap_pyfunction!(exploration_check, m)?)?;
-    m.add_function(wrap_pyfunction!(exploration_run, m)?)?;
-    m.add_function(wrap_pyfunction!(exploration_try, m)?)
-}
-
 /// The default settings.
 #[pyfunction]
-fn exploration_defaults() -> PyResult<String> {
+pub(crate) fn exploration_defaults() -> PyResult<String> {
     serde_json::to_string(&Settings::default()).map_err(invalid)
 }
 
 /// The graph of a scene.
 #[pyfunction]
-fn exploration_scene(scene: &str) -> PyResult<String> {
+pub(crate) fn exploration_scene(scene: &str) -> PyResult<String> {
     let graph = read::<Scene>(scene)?.graph().map_err(invalid)?;
     serde_json::to_string(&graph).map_err(invalid)
 }
 
 /// Refuses a graph that cannot be driven.
 #[pyfunction]
-fn exploration_check(graph: &str) -> PyResult<()> {
+pub(crate) fn exploration_check(graph: &str) -> PyResult<()> {
     read::<Graph>(graph)?.validate().map_err(invalid)
 }
 
 /// One whole exploration; `tell`, if given, is called at each stop with the distance and the number of cameras found.
 #[pyfunction]
 #[pyo3(signature = (graph, settings, tell, token=None))]
-fn exploration_run(
+pub(crate) fn exploration_run(
     py: Python<'_>,
     graph: &str,
     settings: &str,
-    tell: Option<Py<PyAny>>,
+    tell: Option<border::Progress>,
     token: Option<&Token>,
 ) -> PyResult<String> {
     let (graph, settings) = (read::<Graph>(graph)?, read::<Settings>(settings)?);
@@ -62,12 +53,12 @@ fn exploration_run(
 }
 
 /// Calls back; an error once the token cancels the work.
-fn asked<V>(tell: Option<&Py<PyAny>>, token: &Work, values: V) -> PyResult<()>
+fn asked<V>(tell: Option<&border::Progress>, token: &Work, values: V) -> PyResult<()>
 where
     V: for<'py> PyCallArgs<'py>,
 {
     token.check().map_err(|_| cancelled())?;
-    tell.map_or(Ok(()), |tell| Python::attach(|py| tell.call1(py, values).map(|_| ())))
+    tell.map_or(Ok(()), |tell| Python::attach(|py| tell.call(py, values)))
 }
 
 /// Errors of the cameras in many noisy drives, of the map by least squares and of the filter's; `tell`, if given, is
@@ -75,14 +66,14 @@ where
 #[pyfunction]
 #[pyo3(signature = (graph, walk, noise, runs, seed, tell, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
-fn exploration_try(
+pub(crate) fn exploration_try(
     py: Python<'_>,
     graph: &str,
     walk: Vec<usize>,
     noise: &str,
     runs: usize,
     seed: u64,
-    tell: Option<Py<PyAny>>,
+    tell: Option<border::Progress>,
     token: Option<&Token>,
 ) -> PyResult<String> {
     let (graph, noise) = (read::<Graph>(graph)?, read::<Noise>(noise)?);
@@ -99,7 +90,7 @@ fn exploration_try(
 
 /// A robot that explores.
 #[pyclass]
-struct ExplorerState(Explorer);
+pub(crate) struct ExplorerState(Explorer);
 
 #[pymethods]
 impl ExplorerState {

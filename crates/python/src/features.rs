@@ -1,5 +1,6 @@
 //! `groma.features`: keypoints of scans, their descriptors, signatures of local maps, association.
 
+use crate::border::{self, In1, In2};
 use crate::gate;
 use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
@@ -9,12 +10,11 @@ use groma_features::{Keypoint, Surroundings, falko, glarot, oc, rigid_fit};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 use numpy::ndarray::ArrayView1;
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-type Floats<'py> = Bound<'py, PyArray1<f64>>;
-type Indices<'py> = Bound<'py, PyArray1<i64>>;
+type Floats<'py> = border::Array1<f64>;
+type Indices<'py> = border::Array1<i64>;
 
 /// What the detector finds, flat: keypoints per scan, index, point (2 a keypoint), orientation, radius, covariance (4).
 type Detected<'py> = (Indices<'py>, Indices<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
@@ -24,9 +24,9 @@ type Beams = (f64, f64, f64, f64);
 
 /// Keypoints of scans laid end to end, `counts` beams each.
 #[pyfunction]
-fn falko_detect<'py>(
+pub(crate) fn falko_detect<'py>(
     py: Python<'py>,
-    ranges: PyReadonlyArray1<'py, f64>,
+    ranges: In1<'py, f64>,
     counts: Vec<usize>,
     beams: Beams,
     options: &str,
@@ -40,9 +40,9 @@ fn falko_detect<'py>(
 
 /// The same with the detector of orthogonal corners.
 #[pyfunction]
-fn oc_detect<'py>(
+pub(crate) fn oc_detect<'py>(
     py: Python<'py>,
-    ranges: PyReadonlyArray1<'py, f64>,
+    ranges: In1<'py, f64>,
     counts: Vec<usize>,
     beams: Beams,
     options: &str,
@@ -57,10 +57,10 @@ fn oc_detect<'py>(
 /// Reflectors of scans laid end to end, `counts` beams each: how many a scan, beam indices, and rows of x, y, covariance
 /// (4), probability of a post, width, contrast.
 #[pyfunction]
-fn reflector_detect<'py>(
+pub(crate) fn reflector_detect<'py>(
     py: Python<'py>,
-    ranges: PyReadonlyArray1<'py, f64>,
-    intensities: PyReadonlyArray1<'py, f64>,
+    ranges: In1<'py, f64>,
+    intensities: In1<'py, f64>,
     counts: Vec<usize>,
     beams: Beams,
     options: &str,
@@ -78,46 +78,46 @@ fn reflector_detect<'py>(
         [r.point.x, r.point.y, c.m11, c.m12, c.m21, c.m22, r.post, r.width, r.contrast]
     };
     Ok((
-        PyArray1::from_iter(py, found.iter().map(|scan| scan.len() as i64)),
-        PyArray1::from_iter(py, all().map(|r| r.index as i64)),
-        PyArray1::from_iter(py, all().flat_map(row)),
+        border::column(py, found.iter().map(|scan| scan.len() as i64)),
+        border::column(py, all().map(|r| r.index as i64)),
+        border::column(py, all().flat_map(row)),
     ))
 }
 
 /// BSC descriptors of the keypoints of a scan, 16 bytes each; `poses` is x, y, orientation, radius a keypoint.
 #[pyfunction]
-fn bsc_describe<'py>(
+pub(crate) fn bsc_describe<'py>(
     py: Python<'py>,
-    ranges: PyReadonlyArray1<'py, f64>,
+    ranges: In1<'py, f64>,
     beams: Beams,
-    indices: PyReadonlyArray1<'py, i64>,
-    poses: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<u8>>> {
+    indices: In1<'py, i64>,
+    poses: In2<'py, f64>,
+) -> PyResult<border::Array1<u8>> {
     let around = surroundings(&ranges, beams, &indices, &poses)?;
-    Ok(PyArray1::from_iter(py, around.iter().flat_map(|a| Bsc::of(a).to_bytes())))
+    Ok(border::column(py, around.iter().flat_map(|a| Bsc::of(a).to_bytes())))
 }
 
 /// CGH descriptors of the keypoints of a scan, 16 shares each.
 #[pyfunction]
-fn cgh_describe<'py>(
+pub(crate) fn cgh_describe<'py>(
     py: Python<'py>,
-    ranges: PyReadonlyArray1<'py, f64>,
+    ranges: In1<'py, f64>,
     beams: Beams,
-    indices: PyReadonlyArray1<'py, i64>,
-    poses: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<f32>>> {
+    indices: In1<'py, i64>,
+    poses: In2<'py, f64>,
+) -> PyResult<border::Array1<f32>> {
     let around = surroundings(&ranges, beams, &indices, &poses)?;
-    Ok(PyArray1::from_iter(py, around.iter().flat_map(|a| *Cgh::of(a).shares())))
+    Ok(border::column(py, around.iter().flat_map(|a| *Cgh::of(a).shares())))
 }
 
 /// The signature of a set of landmarks.
 #[pyclass(frozen)]
-struct GlarotSignature(glarot::Signature);
+pub(crate) struct GlarotSignature(glarot::Signature);
 
 #[pymethods]
 impl GlarotSignature {
     #[new]
-    fn new(py: Python<'_>, points: PyReadonlyArray2<'_, f64>, options: &str) -> PyResult<Self> {
+    fn new(py: Python<'_>, points: In2<'_, f64>, options: &str) -> PyResult<Self> {
         let options: glarot::Options = parse(options)?;
         options.validate().map_err(invalid)?;
         let points = to_points(&points);
@@ -137,7 +137,7 @@ impl GlarotSignature {
 
 /// Signatures, searched exactly.
 #[pyclass]
-struct GlarotIndex(glarot::Index);
+pub(crate) struct GlarotIndex(glarot::Index);
 
 #[pymethods]
 impl GlarotIndex {
@@ -160,7 +160,7 @@ impl GlarotIndex {
         py: Python<'_>,
         signature: &GlarotSignature,
         k: usize,
-        allowed: Option<PyReadonlyArray1<'_, bool>>,
+        allowed: Option<In1<'_, bool>>,
     ) -> PyResult<Vec<(usize, f64, f64)>> {
         let allowed = allowed.as_ref().map(|a| a.as_slice()).transpose()?;
         let filter = |i: usize| allowed.is_none_or(|a| a.get(i).copied().unwrap_or(false));
@@ -175,11 +175,11 @@ type Motion = ([f64; 3], Vec<(usize, usize)>, Vec<f64>, f64);
 /// The motions between two sets of landmarks, and whether the search ran to its end; `compatible` is a mask over
 /// (of a, of b), `method` and `options` are JSON.
 #[pyfunction]
-fn associate(
+pub(crate) fn associate(
     py: Python<'_>,
-    a: PyReadonlyArray2<'_, f64>,
-    b: PyReadonlyArray2<'_, f64>,
-    compatible: Option<PyReadonlyArray2<'_, bool>>,
+    a: In2<'_, f64>,
+    b: In2<'_, f64>,
+    compatible: Option<In2<'_, bool>>,
     method: &str,
     options: &str,
 ) -> PyResult<(Vec<Motion>, bool)> {
@@ -196,11 +196,7 @@ fn associate(
 /// The rigid motion between paired points: x, y, theta; covariance by rows; root mean square distance.
 #[pyfunction]
 #[pyo3(name = "rigid_fit")]
-fn fit_rigid(
-    a: PyReadonlyArray2<'_, f64>,
-    b: PyReadonlyArray2<'_, f64>,
-    least_sigma: f64,
-) -> Option<([f64; 3], Vec<f64>, f64)> {
+pub(crate) fn fit_rigid(a: In2<'_, f64>, b: In2<'_, f64>, least_sigma: f64) -> Option<([f64; 3], Vec<f64>, f64)> {
     let pairs: Vec<_> = to_points(&a).into_iter().zip(to_points(&b)).collect();
     let fit = rigid_fit(&pairs, least_sigma)?;
     Some((fit.transform.to_vector().into(), rows(&fit.covariance), fit.rms))
@@ -208,7 +204,7 @@ fn fit_rigid(
 
 /// The default options of `falko`, `glarot` and `association` as JSON.
 #[pyfunction]
-fn feature_defaults() -> PyResult<[String; 3]> {
+pub(crate) fn feature_defaults() -> PyResult<[String; 3]> {
     let falko = serde_json::to_string(&falko::Options::default()).map_err(invalid)?;
     let glarot = serde_json::to_string(&glarot::Options::default()).map_err(invalid)?;
     let association = serde_json::to_string(&association::Options::default()).map_err(invalid)?;
@@ -242,16 +238,16 @@ fn split<'a>(mut values: &'a [f64], counts: &[usize]) -> PyResult<Vec<&'a [f64]>
 fn flatten<'py>(py: Python<'py>, scans: &[Vec<Keypoint>]) -> Detected<'py> {
     let all = || scans.iter().flatten();
     (
-        PyArray1::from_iter(py, scans.iter().map(|s| s.len() as i64)),
-        PyArray1::from_iter(py, all().map(|k| k.index as i64)),
-        PyArray1::from_iter(py, all().flat_map(|k| [k.point.x, k.point.y])),
-        PyArray1::from_iter(py, all().map(|k| k.orientation)),
-        PyArray1::from_iter(py, all().map(|k| k.radius)),
-        PyArray1::from_iter(py, all().flat_map(|k| k.covariance.iter().copied().collect::<Vec<_>>())),
+        border::column(py, scans.iter().map(|s| s.len() as i64)),
+        border::column(py, all().map(|k| k.index as i64)),
+        border::column(py, all().flat_map(|k| [k.point.x, k.point.y])),
+        border::column(py, all().map(|k| k.orientation)),
+        border::column(py, all().map(|k| k.radius)),
+        border::column(py, all().flat_map(|k| k.covariance.iter().copied().collect::<Vec<_>>())),
     )
 }
 
-fn to_points(rows: &PyReadonlyArray2<'_, f64>) -> Vec<Vector2<f64>> {
+fn to_points(rows: &In2<'_, f64>) -> Vec<Vector2<f64>> {
     rows.as_array().outer_iter().map(|p| Vector2::new(p[0], p[1])).collect()
 }
 
@@ -265,10 +261,10 @@ fn motion(found: Hypothesis) -> Motion {
 
 /// What is around every keypoint: the points of the scan but its own.
 fn surroundings(
-    ranges: &PyReadonlyArray1<'_, f64>,
+    ranges: &In1<'_, f64>,
     beams: Beams,
-    indices: &PyReadonlyArray1<'_, i64>,
-    poses: &PyReadonlyArray2<'_, f64>,
+    indices: &In1<'_, i64>,
+    poses: &In2<'_, f64>,
 ) -> PyResult<Vec<Surroundings>> {
     let ranges = ranges.as_slice()?.to_vec();
     let scan = LaserScan { stamp: 0.0, geometry: geometry(beams)?, ranges, intensities: Vec::new() };
@@ -280,18 +276,4 @@ fn surroundings(
         Surroundings::of(others, &keypoint, keypoint.radius)
     };
     Ok(poses.as_array().outer_iter().zip(&indices.as_array()).map(around).collect())
-}
-
-/// Add the functions and classes to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(falko_detect, m)?)?;
-    m.add_function(wrap_pyfunction!(oc_detect, m)?)?;
-    m.add_function(wrap_pyfunction!(reflector_detect, m)?)?;
-    m.add_function(wrap_pyfunction!(bsc_describe, m)?)?;
-    m.add_function(wrap_pyfunction!(cgh_describe, m)?)?;
-    m.add_function(wrap_pyfunction!(associate, m)?)?;
-    m.add_function(wrap_pyfunction!(fit_rigid, m)?)?;
-    m.add_function(wrap_pyfunction!(feature_defaults, m)?)?;
-    m.add_class::<GlarotSignature>()?;
-    m.add_class::<GlarotIndex>()
 }

@@ -4,25 +4,19 @@ use groma_models::Finding;
 use groma_models::finding::{Code, Kind, Severity, verdict};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(finding_catalogue, m)?)?;
-    m.add_function(wrap_pyfunction!(finding_verdict, m)?)
-}
 
 /// Name, severity, forced verdict, meaning and remedy.
-type Row = (&'static str, &'static str, Option<&'static str>, &'static str, &'static str);
+type CodeRow = (&'static str, &'static str, Option<&'static str>, &'static str, &'static str);
 
 /// A row a code.
 #[pyfunction]
-fn finding_catalogue() -> Vec<Row> {
+pub(crate) fn finding_catalogue() -> Vec<CodeRow> {
     Code::ALL.iter().map(|c| (c.name(), severity(c.severity()), c.verdict(), c.meaning(), c.remedy())).collect()
 }
 
 /// The verdict on a run of a kind by the codes of its findings.
 #[pyfunction]
-fn finding_verdict(kind: &str, codes: Vec<String>) -> PyResult<&'static str> {
+pub(crate) fn finding_verdict(kind: &str, codes: Vec<String>) -> PyResult<&'static str> {
     let invalid = |e: String| PyValueError::new_err(e);
     let kind = Kind::from_name(kind).map_err(|e| invalid(e.to_string()))?;
     let code = |name: &String| Code::from_name(name).ok_or_else(|| invalid(format!("no finding has the code {name}")));
@@ -37,16 +31,15 @@ fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// Findings as dicts with code, text, span, place and values (name, number, unit).
-pub(crate) fn to_list<'py>(py: Python<'py>, findings: &[Finding]) -> PyResult<Bound<'py, PyList>> {
-    let dicts = findings.iter().map(|f| {
-        let out = PyDict::new(py);
-        out.set_item("code", f.code.name())?;
-        out.set_item("text", &f.text)?;
-        out.set_item("span", f.span)?;
-        out.set_item("place", f.place.map(|[x, y]| (x, y)))?;
-        out.set_item("values", f.values.iter().map(|q| (q.name, q.value, q.unit)).collect::<Vec<_>>())?;
-        Ok(out)
-    });
-    PyList::new(py, dicts.collect::<PyResult<Vec<_>>>()?)
+/// Code, text, span, place and values (name, number, unit) of a finding.
+pub(crate) type Row =
+    (&'static str, String, Option<(f64, f64)>, Option<(f64, f64)>, Vec<(&'static str, f64, &'static str)>);
+
+/// Findings as rows.
+pub(crate) fn to_rows(findings: &[Finding]) -> Vec<Row> {
+    let row = |f: &Finding| {
+        let values = f.values.iter().map(|q| (q.name, q.value, q.unit)).collect();
+        (f.code.name(), f.text.clone(), f.span, f.place.map(|[x, y]| (x, y)), values)
+    };
+    findings.iter().map(row).collect()
 }

@@ -1,22 +1,18 @@
 //! What comes in from Python as numbers, made into nouns of the core and checked: the error names the field and the value.
 
+use crate::border::In1;
 use groma_geometry::Se2;
 use groma_models::bounds::{ALL, ANGLE, COORDINATE};
 use groma_models::{BeamGeometry, LaserScan, ModelError};
-use numpy::PyReadonlyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// angle_min, angle_increment, time_increment, range_min, range_max.
 pub(crate) type Beams = (f64, f64, f64, f64, f64);
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(bounds, m)?)
-}
-
 /// Name, least and largest value, and the rule in words of every bound.
 #[pyfunction]
-fn bounds() -> Vec<(&'static str, f64, f64, &'static str)> {
+pub(crate) fn bounds() -> Vec<(&'static str, f64, f64, &'static str)> {
     ALL.iter().map(|b| (b.name, b.low, b.high, b.rule)).collect()
 }
 
@@ -35,7 +31,7 @@ pub(crate) fn geometry(
 }
 
 /// A scan without intensities.
-pub(crate) fn scan(stamp: f64, ranges: &PyReadonlyArray1<'_, f64>, beams: Beams) -> PyResult<LaserScan> {
+pub(crate) fn scan(stamp: f64, ranges: &In1<'_, f64>, beams: Beams) -> PyResult<LaserScan> {
     let ranges = ranges.as_array().to_vec();
     let scan = LaserScan { stamp, geometry: geometry(beams)?, ranges, intensities: Vec::new() };
     scan.validate().map_err(refused)?;

@@ -1,5 +1,6 @@
 //! `groma.localization`: a vehicle on a landmark map, as arrays.
 
+use crate::border::{self, In1, In2, Out};
 use crate::gate;
 use crate::mapping::matrices;
 use groma_localization::{
@@ -8,23 +9,14 @@ use groma_localization::{
 };
 use groma_models::{Cell, Differential, Drive, Grid, Landmark, LandmarkKind, LandmarkMap, LaserScan, Tricycle};
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
-use numpy::ndarray::{Array1, Array2};
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::Array2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::sync::Arc;
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(localization_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(wheel_motion, m)?)?;
-    m.add_class::<Relocalizer>()?;
-    m.add_class::<Localizer>()
-}
 
 /// The settings of localization and of relocalization, and their defaults, as JSON.
 #[pyfunction]
-fn localization_defaults() -> PyResult<(String, String)> {
+pub(crate) fn localization_defaults() -> PyResult<(String, String)> {
     let failed = |e: serde_json::Error| PyValueError::new_err(e.to_string());
     let options = serde_json::to_string(&Options::default()).map_err(failed)?;
     let relocalize = serde_json::to_string(&RelocalizeOptions::default()).map_err(failed)?;
@@ -37,7 +29,7 @@ fn parse<T: serde::de::DeserializeOwned>(options: &str) -> PyResult<T> {
 
 /// Motion, covariance of its perturbation and derivative by the drive of a step of the wheels.
 #[pyfunction]
-fn wheel_motion<'py>(
+pub(crate) fn wheel_motion<'py>(
     py: Python<'py>,
     tricycle: bool,
     parameters: [f64; DRIVE],
@@ -52,12 +44,12 @@ fn wheel_motion<'py>(
     let m = Motion::of_wheels(&drive, Vector2::new(step.0, step.1), duration, &parse(noise)?);
     let covariance = Array2::from_shape_fn((3, 3), |(i, j)| m.covariance[(i, j)]);
     let by_drive = Array2::from_shape_fn((3, DRIVE), |(i, j)| m.by_drive[(i, j)]);
-    Ok(((m.motion.x(), m.motion.y(), m.motion.theta()), covariance.into_pyarray(py), by_drive.into_pyarray(py)))
+    Ok(((m.motion.x(), m.motion.y(), m.motion.theta()), covariance.out(py), by_drive.out(py)))
 }
 
 /// A map that places are looked for on.
 #[pyclass(frozen)]
-struct Relocalizer(Arc<CoreRelocalizer>);
+pub(crate) struct Relocalizer(Arc<CoreRelocalizer>);
 
 #[pymethods]
 impl Relocalizer {
@@ -66,9 +58,9 @@ impl Relocalizer {
     fn new(
         py: Python<'_>,
         landmarks: Table<'_>,
-        reflector: PyReadonlyArray1<'_, bool>,
-        descriptors: PyReadonlyArray2<'_, u8>,
-        grid: Option<(f64, (f64, f64), PyReadonlyArray2<'_, i8>)>,
+        reflector: In1<'_, bool>,
+        descriptors: In2<'_, u8>,
+        grid: Option<(f64, (f64, f64), In2<'_, i8>)>,
         options: &str,
     ) -> PyResult<Self> {
         let options: RelocalizeOptions = parse(options)?;
@@ -83,8 +75,8 @@ impl Relocalizer {
         &self,
         py: Python<'py>,
         observations: Table<'py>,
-        reflector: PyReadonlyArray1<'py, bool>,
-        descriptors: PyReadonlyArray2<'py, u8>,
+        reflector: In1<'py, bool>,
+        descriptors: In2<'py, u8>,
         scan: Option<Scan<'py>>,
         mount: Pose,
     ) -> PyResult<Vec<Place<'py>>> {
@@ -98,7 +90,7 @@ impl Relocalizer {
         }
         let found = py.detach(|| self.0.locate(&view));
         let row = |l: Located| {
-            let covariance = Array2::from_shape_fn((3, 3), |(i, j)| l.covariance[(i, j)]).into_pyarray(py);
+            let covariance = Array2::from_shape_fn((3, 3), |(i, j)| l.covariance[(i, j)]).out(py);
             ((l.pose.x(), l.pose.y(), l.pose.theta()), covariance, l.evidence, l.probability, l.pairs.len())
         };
         Ok(found.into_iter().map(row).collect())
@@ -106,18 +98,18 @@ impl Relocalizer {
 }
 
 pub(crate) type Pose = (f64, f64, f64);
-pub(crate) type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+pub(crate) type Matrix<'py> = border::Array2<f64>;
 /// Pose, covariance, evidence, probability, number of pairs.
 type Place<'py> = (Pose, Matrix<'py>, f64, f64, usize);
 /// Stamp, time between beams, the beams, their ranges.
-type TimedScan<'py> = (f64, f64, (f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
-pub(crate) type Table<'py> = PyReadonlyArray2<'py, f64>;
+type TimedScan<'py> = (f64, f64, (f64, f64, f64, f64), In1<'py, f64>);
+pub(crate) type Table<'py> = In2<'py, f64>;
 /// Scan to tell what is in view: angle_min, angle_increment, range_min, range_max; readings.
-type Scan<'py> = ((f64, f64, f64, f64), PyReadonlyArray1<'py, f64>);
+type Scan<'py> = ((f64, f64, f64, f64), In1<'py, f64>);
 
 /// A vehicle on a map.
 #[pyclass]
-struct Localizer(Core);
+pub(crate) struct Localizer(Core);
 
 #[pymethods]
 impl Localizer {
@@ -126,8 +118,8 @@ impl Localizer {
     #[allow(clippy::too_many_arguments)] // the arrays of one constructor
     fn new(
         landmarks: Table<'_>,
-        reflector: PyReadonlyArray1<'_, bool>,
-        descriptors: PyReadonlyArray2<'_, u8>,
+        reflector: In1<'_, bool>,
+        descriptors: In2<'_, u8>,
         stamp: f64,
         pose: Option<Pose>,
         covariance: Table<'_>,
@@ -169,11 +161,11 @@ impl Localizer {
         &mut self,
         py: Python<'py>,
         observations: Table<'py>,
-        reflector: PyReadonlyArray1<'py, bool>,
-        descriptors: PyReadonlyArray2<'py, u8>,
-        identities: PyReadonlyArray1<'py, i64>,
+        reflector: In1<'py, bool>,
+        descriptors: In2<'py, u8>,
+        identities: In1<'py, i64>,
         scan: Option<TimedScan<'py>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<LocalizerUpdate> {
         let observations = to_observations(&observations, &reflector, &descriptors, identities.as_slice()?);
         let scan = scan.map(|(stamp, time_increment, beams, ranges)| to_scan(stamp, time_increment, beams, &ranges));
         let scan = scan.transpose()?;
@@ -185,7 +177,7 @@ impl Localizer {
             }
             None => core.update(&observations, None),
         });
-        to_dict(py, &update)
+        to_update(py, &update)
     }
 
     /// The pose has been found another way.
@@ -194,15 +186,15 @@ impl Localizer {
     }
 
     /// Stamp, pose, covariance.
-    fn state<'py>(&self, py: Python<'py>) -> (f64, Pose, Bound<'py, PyArray2<f64>>) {
+    fn state<'py>(&self, py: Python<'py>) -> (f64, Pose, border::Array2<f64>) {
         let pose = self.0.pose();
         let covariance = self.0.covariance();
         let covariance = Array2::from_shape_fn((3, 3), |(i, j)| covariance[(i, j)]);
-        (self.0.stamp(), (pose.x(), pose.y(), pose.theta()), covariance.into_pyarray(py))
+        (self.0.stamp(), (pose.x(), pose.y(), pose.theta()), covariance.out(py))
     }
 
-    fn quality<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        quality(py, &self.0.quality())
+    fn quality(&self) -> PoseQuality {
+        quality(&self.0.quality())
     }
 
     /// Landmarks found during the drive that constrain the pose, and those on trial.
@@ -224,12 +216,12 @@ fn to_scan(
     stamp: f64,
     time_increment: f64,
     (angle_min, angle_increment, range_min, range_max): (f64, f64, f64, f64),
-    ranges: &PyReadonlyArray1<'_, f64>,
+    ranges: &In1<'_, f64>,
 ) -> PyResult<LaserScan> {
     gate::scan(stamp, ranges, (angle_min, angle_increment, time_increment, range_min, range_max))
 }
 
-pub(crate) fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &PyReadonlyArray2<'_, i8>) -> PyResult<Grid> {
+pub(crate) fn to_grid(resolution: f64, (x, y): (f64, f64), cells: &In2<'_, i8>) -> PyResult<Grid> {
     let view = cells.as_array();
     let cell = |v: &i8| match v {
         0 => Cell::Free,
@@ -250,17 +242,13 @@ fn some(angle: f64) -> Option<f64> {
     (!angle.is_nan()).then_some(angle)
 }
 
-fn cells(descriptors: &PyReadonlyArray2<'_, u8>, row: usize) -> Option<u128> {
+fn cells(descriptors: &In2<'_, u8>, row: usize) -> Option<u128> {
     let view = descriptors.as_array();
     let bytes: [u8; 16] = std::array::from_fn(|k| view[(row, k)]);
     Some(u128::from_le_bytes(bytes)).filter(|c| *c != 0)
 }
 
-pub(crate) fn to_map(
-    landmarks: &Table<'_>,
-    reflector: &PyReadonlyArray1<'_, bool>,
-    descriptors: &PyReadonlyArray2<'_, u8>,
-) -> LandmarkMap {
+pub(crate) fn to_map(landmarks: &Table<'_>, reflector: &In1<'_, bool>, descriptors: &In2<'_, u8>) -> LandmarkMap {
     let (rows, reflector) = (landmarks.as_array(), reflector.as_array());
     let landmark = |k: usize| Landmark {
         kind: kind(reflector[k]),
@@ -276,8 +264,8 @@ pub(crate) fn to_map(
 
 fn to_observations(
     observations: &Table<'_>,
-    reflector: &PyReadonlyArray1<'_, bool>,
-    descriptors: &PyReadonlyArray2<'_, u8>,
+    reflector: &In1<'_, bool>,
+    descriptors: &In2<'_, u8>,
     identities: &[i64],
 ) -> Vec<Observation> {
     let (rows, reflector) = (observations.as_array(), reflector.as_array());
@@ -293,29 +281,51 @@ fn to_observations(
     (0..rows.nrows()).map(observation).collect()
 }
 
-fn to_dict<'py>(py: Python<'py>, update: &Update) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
+/// What a scan changed: M pairings of observations with landmarks.
+#[pyclass(frozen, get_all)]
+pub(crate) struct LocalizerUpdate {
+    /// (M,) index of the observation.
+    observation: border::Array1<i64>,
+    /// (M,) index of the landmark in the map, or a number beyond for one found during the drive.
+    landmark: border::Array1<i64>,
+    /// (M,) whether the landmark constrains the pose; one on trial does not.
+    holds: border::Array1<bool>,
+    /// (M, 2) range [m] and bearing [rad], measured less predicted.
+    innovation: border::Array2<f64>,
+    /// (M, 2, 2) covariance of the innovation.
+    covariance: border::Array3<f64>,
+    /// Landmarks begun.
+    begun: usize,
+    /// Landmarks that constrain the pose from now on.
+    proven: usize,
+    /// Landmarks forgotten.
+    forgotten: usize,
+    /// Observations not finite, without range or covariance, or out of range.
+    unusable: usize,
+    /// Whether the joint search met its cap and nearest neighbours were taken.
+    cut_short: bool,
+    /// The probability with which the place was found anew, where it was.
+    relocated: Option<f64>,
+    quality: Py<PoseQuality>,
+}
+
+fn to_update(py: Python<'_>, update: &Update) -> PyResult<LocalizerUpdate> {
     let m = &update.matches;
-    let index = |of: fn(&groma_localization::Match) -> usize| m.iter().map(|m| of(m) as i64).collect::<Array1<i64>>();
-    out.set_item("observation", index(|m| m.observation).into_pyarray(py))?;
-    out.set_item("landmark", index(|m| m.landmark).into_pyarray(py))?;
-    out.set_item("holds", m.iter().map(|m| m.holds).collect::<Array1<bool>>().into_pyarray(py))?;
-    let innovation = Array2::from_shape_fn((m.len(), 2), |(k, j)| m[k].innovation[j]);
-    out.set_item("innovation", innovation.into_pyarray(py))?;
     let covariances: Vec<Matrix2<f64>> = m.iter().map(|m| m.covariance).collect();
-    out.set_item("covariance", matrices(&covariances).into_pyarray(py))?;
-    for (name, count) in [
-        ("begun", update.begun),
-        ("proven", update.proven),
-        ("forgotten", update.forgotten),
-        ("unusable", update.unusable),
-    ] {
-        out.set_item(name, count)?;
-    }
-    out.set_item("cut_short", update.cut_short)?;
-    out.set_item("relocated", update.relocated)?;
-    out.set_item("quality", quality(py, &update.quality)?)?;
-    Ok(out)
+    Ok(LocalizerUpdate {
+        observation: border::column(py, m.iter().map(|m| m.observation as i64)),
+        landmark: border::column(py, m.iter().map(|m| m.landmark as i64)),
+        holds: border::column(py, m.iter().map(|m| m.holds)),
+        innovation: Array2::from_shape_fn((m.len(), 2), |(k, j)| m[k].innovation[j]).out(py),
+        covariance: matrices(&covariances).out(py),
+        begun: update.begun,
+        proven: update.proven,
+        forgotten: update.forgotten,
+        unusable: update.unusable,
+        cut_short: update.cut_short,
+        relocated: update.relocated,
+        quality: Py::new(py, quality(&update.quality))?,
+    })
 }
 
 pub(crate) fn status(status: Status) -> &'static str {
@@ -326,21 +336,43 @@ pub(crate) fn status(status: Status) -> &'static str {
     }
 }
 
-pub(crate) fn quality<'py>(py: Python<'py>, q: &Quality) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    out.set_item("status", status(q.status))?;
-    for (name, count) in [("observed", q.observed), ("matched", q.matched), ("dof", q.dof)] {
-        out.set_item(name, count)?;
+/// How good a pose is: to slow down or stop the vehicle by.
+#[pyclass(frozen, get_all)]
+pub(crate) struct PoseQuality {
+    /// `tracking`: landmarks or walls constrain the pose; `coasting`: none does at present; `lost`: the pose was never known,
+    /// or evidence says that it is wrong.
+    status: &'static str,
+    /// Observations of the last scan that could be used.
+    observed: usize,
+    /// Those that were paired with a landmark that constrains the pose.
+    matched: usize,
+    /// Degrees of freedom of `nis`.
+    dof: usize,
+    /// Share matched in the last some hundred observations.
+    matched_share: f64,
+    /// Sum of squared innovations of the last scan: chi-square with `dof` degrees of freedom if all is well.
+    nis: f64,
+    /// Standard deviation of the position along its weakest direction [m].
+    sigma_position: f64,
+    /// Standard deviation of the heading [rad].
+    sigma_heading: f64,
+    /// Standard deviation along the weakest direction from the last scan alone [m]; infinite below two landmarks.
+    geometry: f64,
+    /// Logarithm of the likelihood ratio of being lost against being right.
+    lost_evidence: f64,
+}
+
+pub(crate) fn quality(q: &Quality) -> PoseQuality {
+    PoseQuality {
+        status: status(q.status),
+        observed: q.observed,
+        matched: q.matched,
+        dof: q.dof,
+        matched_share: q.matched_share,
+        nis: q.nis,
+        sigma_position: q.sigma_position,
+        sigma_heading: q.sigma_heading,
+        geometry: q.geometry,
+        lost_evidence: q.lost_evidence,
     }
-    for (name, value) in [
-        ("matched_share", q.matched_share),
-        ("nis", q.nis),
-        ("sigma_position", q.sigma_position),
-        ("sigma_heading", q.sigma_heading),
-        ("geometry", q.geometry),
-        ("lost_evidence", q.lost_evidence),
-    ] {
-        out.set_item(name, value)?;
-    }
-    Ok(out)
 }

@@ -1,9 +1,10 @@
 //! `groma.localize`: messages pushed one by one, the drive in the frame of the map as arrays.
 
+use crate::border::{self, In1, In2, Out};
 use crate::findings;
 use crate::gate::{self, Beams};
-use crate::localization::{Matrix, Pose, Table, matrix, quality, status, to_grid, to_map};
-use crate::mapping::{landmarks, laser_scan, matrices, poses};
+use crate::localization::{Matrix, Pose, PoseQuality, Table, matrix, quality, status, to_grid, to_map};
+use crate::mapping::{LandmarkArrays, landmarks, laser_scan, matrices, poses};
 use crate::token::{Token, interruptible};
 use crate::vehicle::to_vehicle;
 use groma_geometry::Se2;
@@ -14,21 +15,13 @@ use groma_pipeline::localize::{
     Begin, Error, Event, Fix, Localize as Core, Localized, Observer as CoreObserver, Options, Setup,
 };
 use groma_pipeline::message::{StartPose, WheelReading};
-use numpy::ndarray::{Array1, Array2};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::Array2;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(localize_defaults, m)?)?;
-    m.add_class::<Observer>()?;
-    m.add_class::<Localize>()
-}
 
 /// The settings of localizing a drive and their defaults, as JSON.
 #[pyfunction]
-fn localize_defaults() -> PyResult<String> {
+pub(crate) fn localize_defaults() -> PyResult<String> {
     serde_json::to_string(&Options::default()).map_err(invalid)
 }
 
@@ -38,12 +31,12 @@ fn invalid(error: impl std::fmt::Display) -> PyErr {
 
 /// Observations as `Localizer.update` takes them: stamp, range, bearing, covariance (4), orientation a row; which are
 /// reflectors; descriptors.
-type Observed<'py> = (Matrix<'py>, Bound<'py, PyArray1<bool>>, Bound<'py, PyArray2<u8>>);
+type Observed<'py> = (Matrix<'py>, border::Array1<bool>, border::Array2<u8>);
 
 /// Corners and reflectors of the scans of a scanner.
 #[pyclass]
 #[derive(Default)]
-struct Observer(CoreObserver);
+pub(crate) struct Observer(CoreObserver);
 
 #[pymethods]
 impl Observer {
@@ -57,8 +50,8 @@ impl Observer {
         &mut self,
         py: Python<'py>,
         stamp: f64,
-        ranges: PyReadonlyArray1<'py, f64>,
-        intensities: PyReadonlyArray1<'py, f64>,
+        ranges: In1<'py, f64>,
+        intensities: In1<'py, f64>,
         beams: Beams,
     ) -> PyResult<Observed<'py>> {
         let all = self.0.observe(&laser_scan(stamp, &ranges, &intensities, beams)?);
@@ -71,25 +64,23 @@ impl Observer {
         let cells: Vec<u8> = all.iter().flat_map(|o| o.descriptor.unwrap_or(0).to_le_bytes()).collect();
         let reflectors = all.iter().map(|o| o.kind == LandmarkKind::Reflector);
         Ok((
-            Array2::from_shape_vec((all.len(), 8), flat).unwrap_or_default().into_pyarray(py),
-            PyArray1::from_iter(py, reflectors),
-            Array2::from_shape_vec((all.len(), 16), cells).unwrap_or_default().into_pyarray(py),
+            Array2::from_shape_vec((all.len(), 8), flat).unwrap_or_default().out(py),
+            reflectors.collect::<numpy::ndarray::Array1<_>>().out(py),
+            Array2::from_shape_vec((all.len(), 16), cells).unwrap_or_default().out(py),
         ))
     }
 }
 
 /// Resolution, origin, cells.
-type Walls<'py> = (f64, (f64, f64), PyReadonlyArray2<'py, i8>);
+type Walls<'py> = (f64, (f64, f64), In2<'py, i8>);
 /// Stamp, pose, covariance, quality.
-type Now<'py> = (f64, Pose, Matrix<'py>, Bound<'py, PyDict>);
-/// A column of the result.
-type Column<T> = (&'static str, fn(&Fix) -> T);
+type Now = (f64, Pose, border::Array2<f64>, PoseQuality);
 /// A fix and whether it was there before.
 type Row = (usize, bool);
 
 /// A drive on its way through the localizer.
 #[pyclass]
-struct Localize(Core);
+pub(crate) struct Localize(Core);
 
 #[pymethods]
 impl Localize {
@@ -99,8 +90,8 @@ impl Localize {
     fn new(
         py: Python<'_>,
         landmarks: Table<'_>,
-        reflector: PyReadonlyArray1<'_, bool>,
-        descriptors: PyReadonlyArray2<'_, u8>,
+        reflector: In1<'_, bool>,
+        descriptors: In2<'_, u8>,
         grid: Option<Walls<'_>>,
         begin: Option<(Pose, Option<Table<'_>>)>,
         mount: Pose,
@@ -130,8 +121,8 @@ impl Localize {
         &mut self,
         py: Python<'_>,
         stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
-        intensities: PyReadonlyArray1<'_, f64>,
+        ranges: In1<'_, f64>,
+        intensities: In1<'_, f64>,
         beams: Beams,
     ) -> PyResult<Vec<Row>> {
         let scan = laser_scan(stamp, &ranges, &intensities, beams)?;
@@ -157,22 +148,22 @@ impl Localize {
     }
 
     /// Stamp, pose, covariance, quality; none before the first message.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Option<Now<'py>>> {
-        let Some(s) = self.0.state() else { return Ok(None) };
-        let covariance = Array2::from_shape_fn((3, 3), |(i, j)| s.covariance[(i, j)]).into_pyarray(py);
-        Ok(Some((s.stamp, (s.pose.x(), s.pose.y(), s.pose.theta()), covariance, quality(py, &s.quality)?)))
+    fn state(&self, py: Python<'_>) -> Option<Now> {
+        let s = self.0.state()?;
+        let covariance = Array2::from_shape_fn((3, 3), |(i, j)| s.covariance[(i, j)]).out(py);
+        Some((s.stamp, (s.pose.x(), s.pose.y(), s.pose.theta()), covariance, quality(&s.quality)))
     }
 
     /// The result so far.
-    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn snapshot(&self, py: Python<'_>) -> PyResult<LocalizedDrive> {
         let core = &self.0;
-        to_dict(py, &py.detach(|| core.snapshot()).map_err(unfinished)?)
+        to_arrays(py, &py.detach(|| core.snapshot()).map_err(unfinished)?)
     }
 
     /// Takes what still waits; the result.
-    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn finish(&mut self, py: Python<'_>) -> PyResult<LocalizedDrive> {
         let core = &mut self.0;
-        to_dict(py, &py.detach(|| core.finish()).map_err(unfinished)?)
+        to_arrays(py, &py.detach(|| core.finish()).map_err(unfinished)?)
     }
 }
 
@@ -184,8 +175,34 @@ fn rows(events: Vec<Event>) -> Vec<Row> {
     events.into_iter().map(|event| (event.scan, event.corrected)).collect()
 }
 
-fn to_dict<'py>(py: Python<'py>, r: &Localized) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
+/// A localized drive.
+#[pyclass(frozen, get_all)]
+pub(crate) struct LocalizedDrive {
+    stamps: border::Array1<f64>,
+    poses: border::Array2<f64>,
+    covariances: border::Array3<f64>,
+    status: Vec<&'static str>,
+    observed: border::Array1<i64>,
+    matched: border::Array1<i64>,
+    nis: border::Array1<f64>,
+    dof: border::Array1<i64>,
+    sigma_position: border::Array1<f64>,
+    sigma_heading: border::Array1<f64>,
+    geometry: border::Array1<f64>,
+    distance: border::Array1<f64>,
+    extrapolated: border::Array1<f64>,
+    corrected: border::Array1<bool>,
+    used: border::Array1<i64>,
+    /// First and last stamp, pose, sigma [m], scatter [m], landmarks matched in the mean.
+    halts: Vec<(f64, f64, Pose, f64, f64, f64)>,
+    /// First and last stamp, place, sigma [m], why.
+    weak: Vec<(f64, f64, (f64, f64), f64, &'static str)>,
+    seen: Option<Py<LandmarkArrays>>,
+    counts: Vec<(&'static str, usize)>,
+    findings: Vec<findings::Row>,
+}
+
+fn to_arrays(py: Python<'_>, r: &Localized) -> PyResult<LocalizedDrive> {
     let track = &r.track;
     let covariances: Vec<_> = track.iter().map(|fix| fix.covariance).collect();
     let path: Vec<_> = track.iter().map(|fix| fix.pose).collect();
@@ -193,50 +210,34 @@ fn to_dict<'py>(py: Python<'py>, r: &Localized) -> PyResult<Bound<'py, PyDict>> 
         *sum += fix.distance;
         Some(*sum)
     });
-    out.set_item("poses", poses(path.iter()).into_pyarray(py))?;
-    out.set_item("covariances", matrices(&covariances).into_pyarray(py))?;
-    out.set_item("status", track.iter().map(|fix| status(fix.quality.status)).collect::<Vec<_>>())?;
-    out.set_item("distance", driven.collect::<Array1<f64>>().into_pyarray(py))?;
-    out.set_item("corrected", track.iter().map(|fix| fix.corrected).collect::<Array1<bool>>().into_pyarray(py))?;
-    columns(py, &out, track)?;
-    out.set_item("used", r.used.iter().map(|n| *n as i64).collect::<Array1<i64>>().into_pyarray(py))?;
+    let floats = |of: fn(&Fix) -> f64| border::column(py, track.iter().map(of));
+    let numbers = |of: fn(&Fix) -> usize| border::column(py, track.iter().map(|fix| of(fix) as i64));
     let halt = |h: &groma_pipeline::localize::Halt| {
         (h.from, h.to, (h.pose.x(), h.pose.y(), h.pose.theta()), h.sigma, h.scatter, h.matched)
     };
-    out.set_item("halts", r.halts.iter().map(halt).collect::<Vec<_>>())?;
     let weak = |w: &groma_pipeline::localize::Weak| (w.from, w.to, (w.place[0], w.place[1]), w.sigma, w.why.text());
-    out.set_item("weak", r.weak.iter().map(weak).collect::<Vec<_>>())?;
-    out.set_item("counts", counts(r))?;
-    out.set_item("findings", findings::to_list(py, &r.findings)?)?;
-    let seen = PyDict::new(py);
-    if let Some(map) = &r.seen {
-        landmarks(py, &seen, map)?;
-    }
-    out.set_item("seen", r.seen.as_ref().map(|_| seen))?;
-    Ok(out)
-}
-
-fn columns(py: Python<'_>, out: &Bound<'_, PyDict>, track: &[Fix]) -> PyResult<()> {
-    let floats: [Column<f64>; 6] = [
-        ("stamps", |fix| fix.stamp),
-        ("sigma_position", |fix| fix.quality.sigma_position),
-        ("sigma_heading", |fix| fix.quality.sigma_heading),
-        ("geometry", |fix| fix.quality.geometry),
-        ("nis", |fix| fix.quality.nis),
-        ("extrapolated", |fix| fix.extrapolated),
-    ];
-    for (name, of) in floats {
-        out.set_item(name, track.iter().map(of).collect::<Array1<f64>>().into_pyarray(py))?;
-    }
-    let numbers: [Column<usize>; 3] = [
-        ("observed", |fix| fix.quality.observed),
-        ("matched", |fix| fix.quality.matched),
-        ("dof", |fix| fix.quality.dof),
-    ];
-    for (name, of) in numbers {
-        out.set_item(name, track.iter().map(|fix| of(fix) as i64).collect::<Array1<i64>>().into_pyarray(py))?;
-    }
-    Ok(())
+    Ok(LocalizedDrive {
+        stamps: floats(|fix| fix.stamp),
+        poses: poses(path.iter()).out(py),
+        covariances: matrices(&covariances).out(py),
+        status: track.iter().map(|fix| status(fix.quality.status)).collect(),
+        observed: numbers(|fix| fix.quality.observed),
+        matched: numbers(|fix| fix.quality.matched),
+        nis: floats(|fix| fix.quality.nis),
+        dof: numbers(|fix| fix.quality.dof),
+        sigma_position: floats(|fix| fix.quality.sigma_position),
+        sigma_heading: floats(|fix| fix.quality.sigma_heading),
+        geometry: floats(|fix| fix.quality.geometry),
+        distance: border::column(py, driven),
+        extrapolated: floats(|fix| fix.extrapolated),
+        corrected: border::column(py, track.iter().map(|fix| fix.corrected)),
+        used: border::column(py, r.used.iter().map(|n| *n as i64)),
+        halts: r.halts.iter().map(halt).collect(),
+        weak: r.weak.iter().map(weak).collect(),
+        seen: r.seen.as_ref().map(|map| Py::new(py, landmarks(py, map))).transpose()?,
+        counts: counts(r),
+        findings: findings::to_rows(&r.findings),
+    })
 }
 
 fn counts(r: &Localized) -> Vec<(&'static str, usize)> {

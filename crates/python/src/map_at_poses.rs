@@ -1,26 +1,31 @@
 //! `groma.survey`: poses and scans pushed in order of time, a map at these poses as arrays.
 
-use crate::findings::to_list;
+use crate::border::{In1, In2};
+use crate::findings::{Row, to_rows};
 use crate::gate::{self, Beams};
-use crate::mapping::{grid, landmarks, laser_scan, settings};
+use crate::mapping::{GridArrays, LandmarkArrays, grid, landmarks, laser_scan, settings};
 use crate::token::{Token, interruptible};
 use groma_pipeline::message::StartPose;
 use groma_pipeline::{MapAtPoses as Core, Message};
 use nalgebra::Matrix3;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<MapAtPoses>()
-}
 
 type Pose = (f64, f64, f64);
 
+/// A map at known poses.
+#[pyclass(frozen, get_all)]
+pub(crate) struct KnownPosesMap {
+    landmarks: Py<LandmarkArrays>,
+    grid: Py<GridArrays>,
+    scans: usize,
+    keyframes: usize,
+    findings: Vec<Row>,
+}
+
 /// Builds a map from scans at known poses; `finish` may be called once.
 #[pyclass]
-struct MapAtPoses(Option<Core>);
+pub(crate) struct MapAtPoses(Option<Core>);
 
 impl MapAtPoses {
     fn core(&mut self) -> PyResult<&mut Core> {
@@ -38,7 +43,7 @@ impl MapAtPoses {
     }
 
     /// `T_map_base` at a time, with the covariance (3, 3) of its perturbation on the right.
-    fn push_pose(&mut self, stamp: f64, pose: Pose, covariance: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+    fn push_pose(&mut self, stamp: f64, pose: Pose, covariance: In2<'_, f64>) -> PyResult<()> {
         let (pose, covariance) = (gate::pose(pose)?, covariance.as_array());
         if covariance.dim() != (3, 3) {
             return Err(PyValueError::new_err(format!("covariance: must be 3 x 3, not {:?}", covariance.dim())));
@@ -52,8 +57,8 @@ impl MapAtPoses {
         &mut self,
         py: Python<'_>,
         stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
-        intensities: PyReadonlyArray1<'_, f64>,
+        ranges: In1<'_, f64>,
+        intensities: In1<'_, f64>,
         beams: Beams,
     ) -> PyResult<()> {
         let scan = laser_scan(stamp, &ranges, &intensities, beams)?;
@@ -68,19 +73,19 @@ impl MapAtPoses {
         Ok((state.scans, state.keyframes, state.waiting))
     }
 
-    /// Grid and landmarks as a dict of arrays, with `scans`, `keyframes` and `findings`.
+    /// The map.
     #[pyo3(signature = (token=None))]
-    fn finish<'py>(&mut self, py: Python<'py>, token: Option<&Token>) -> PyResult<Bound<'py, PyDict>> {
+    fn finish(&mut self, py: Python<'_>, token: Option<&Token>) -> PyResult<KnownPosesMap> {
         let core = self.0.take().ok_or_else(finished)?;
         let result = interruptible(py, token, None, |token| core.finish(token))?;
         let result = result.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        let out = PyDict::new(py);
-        landmarks(py, &out, &result.landmarks)?;
-        grid(py, &out, &result.grid)?;
-        out.set_item("scans", result.state.scans)?;
-        out.set_item("keyframes", result.state.keyframes)?;
-        out.set_item("findings", to_list(py, &result.findings)?)?;
-        Ok(out)
+        Ok(KnownPosesMap {
+            landmarks: Py::new(py, landmarks(py, &result.landmarks))?,
+            grid: Py::new(py, grid(py, &result.grid))?,
+            scans: result.state.scans,
+            keyframes: result.state.keyframes,
+            findings: to_rows(&result.findings),
+        })
     }
 }
 

@@ -1,11 +1,13 @@
 //! `groma.mapping`: scans and odometry pushed in the order in which they come, a map as arrays.
 
-use crate::findings::to_list;
+use crate::border::{self, In1, Out};
+use crate::findings::{Row, to_rows};
 use crate::gate::{self, Beams};
 use crate::pose_graph::estimation_error;
 use crate::token::{Token, interruptible};
 use crate::vehicle::to_vehicle;
 use groma_geometry::Se2;
+use groma_mapping::closure::Closure;
 use groma_mapping::conclude;
 use groma_mapping::map_result::{EdgeKind, MapResult};
 use groma_mapping::options::Options;
@@ -14,44 +16,41 @@ use groma_pipeline::map::Outcome;
 use groma_pipeline::message::WheelReading;
 use groma_pipeline::wheels::VirtualWheels;
 use groma_pipeline::{Map, Message};
-use numpy::ndarray::{Array1, Array2, Array3};
-use numpy::{IntoPyArray, PyReadonlyArray1};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use numpy::ndarray::{Array2, Array3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(map_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(odometry_jumps, m)?)?;
-    m.add_class::<Mapper>()
-}
-
-/// The settings of mapping and their defaults.
+/// The settings of mapping and their defaults, as JSON.
 #[pyfunction]
-fn map_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    json(py, &Options::default())
-}
-
-/// A value as Python has it after JSON.
-pub(crate) fn json<'py>(py: Python<'py>, value: &impl serde::Serialize) -> PyResult<Bound<'py, PyAny>> {
-    let text = serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+pub(crate) fn map_defaults() -> PyResult<String> {
+    border::json(&Options::default())
 }
 
 /// Whether no robot drives from one odometry reading `(stamp, x, y, theta)` to the next.
 #[pyfunction]
-fn odometry_jumps(before: (f64, f64, f64, f64), after: (f64, f64, f64, f64)) -> bool {
+pub(crate) fn odometry_jumps(before: (f64, f64, f64, f64), after: (f64, f64, f64, f64)) -> bool {
     let reading = |(stamp, x, y, theta)| Odometry { stamp, pose: Se2::new(x, y, theta) };
     reading(before).jumps_to(&reading(after))
 }
 
 /// Builds a map from messages in the order in which they come.
 #[pyclass]
-struct Mapper {
+pub(crate) struct Mapper {
     map: Option<Map>,
     /// Wheels made from the odometry of a vehicle that was calibrated by it.
     made: Option<VirtualWheels>,
+}
+
+/// How far a map is.
+#[pyclass(frozen, get_all)]
+pub(crate) struct MapState {
+    stamp: f64,
+    pose: Pose,
+    covariance: border::Array2<f64>,
+    keyframes: usize,
+    local_maps: usize,
+    closures: usize,
 }
 
 /// x, y, theta.
@@ -94,34 +93,28 @@ impl Mapper {
         &mut self,
         py: Python<'_>,
         stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
-        intensities: PyReadonlyArray1<'_, f64>,
+        ranges: In1<'_, f64>,
+        intensities: In1<'_, f64>,
         beams: Beams,
     ) -> PyResult<()> {
         self.push(py, Message::Scan { scanner: 0, scan: laser_scan(stamp, &ranges, &intensities, beams)? })
     }
 
-    /// None before the first scan; else a dict of stamp, pose, covariance (3, 3), keyframes, local_maps and closures.
-    fn state<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(state) = self.core()?.state() else { return Ok(None) };
-        let out = PyDict::new(py);
-        out.set_item("stamp", state.stamp)?;
-        out.set_item("pose", (state.pose.x(), state.pose.y(), state.pose.theta()))?;
-        out.set_item("covariance", Array2::from_shape_fn((3, 3), |(i, j)| state.covariance[(i, j)]).into_pyarray(py))?;
-        out.set_item("keyframes", state.keyframes)?;
-        out.set_item("local_maps", state.local_maps)?;
-        out.set_item("closures", state.closures)?;
-        Ok(Some(out))
+    /// None before the first scan.
+    fn state(&self, py: Python<'_>) -> PyResult<Option<MapState>> {
+        Ok(self.core()?.state().map(|state| MapState {
+            stamp: state.stamp,
+            pose: (state.pose.x(), state.pose.y(), state.pose.theta()),
+            covariance: Array2::from_shape_fn((3, 3), |(i, j)| state.covariance[(i, j)]).out(py),
+            keyframes: state.keyframes,
+            local_maps: state.local_maps,
+            closures: state.closures,
+        }))
     }
 
-    /// The map of what has had its turn as a dict of arrays; goes on as if nobody had asked.
+    /// The map of what has had its turn; goes on as if nobody had asked.
     #[pyo3(signature = (token=None, show=None))]
-    fn snapshot<'py>(
-        &self,
-        py: Python<'py>,
-        token: Option<&Token>,
-        show: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn snapshot(&self, py: Python<'_>, token: Option<&Token>, show: Option<border::Progress>) -> PyResult<MapArrays> {
         let core = self.core()?;
         let outcome = interruptible(py, token, show.as_ref(), |token| core.snapshot(token))?;
         self.told(py, outcome)
@@ -129,12 +122,7 @@ impl Mapper {
 
     /// The map of everything; may be called once.
     #[pyo3(signature = (token=None, show=None))]
-    fn finish<'py>(
-        &mut self,
-        py: Python<'py>,
-        token: Option<&Token>,
-        show: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn finish(&mut self, py: Python<'_>, token: Option<&Token>, show: Option<border::Progress>) -> PyResult<MapArrays> {
         let core = self.map.take().ok_or_else(finished)?;
         let outcome = interruptible(py, token, show.as_ref(), |token| core.finish(token))?;
         self.told(py, outcome)
@@ -146,10 +134,10 @@ impl Mapper {
         self.map.as_ref().ok_or_else(finished)
     }
 
-    fn told<'py>(&self, py: Python<'py>, outcome: Result<Outcome, conclude::Error>) -> PyResult<Bound<'py, PyDict>> {
+    fn told(&self, py: Python<'_>, outcome: Result<Outcome, conclude::Error>) -> PyResult<MapArrays> {
         let mut outcome = outcome.map_err(|e| estimation_error(py, e.to_string()))?;
         outcome.findings.extend(self.made.iter().flat_map(VirtualWheels::findings));
-        to_dict(py, &outcome)
+        to_arrays(py, &outcome)
     }
 
     fn push(&mut self, py: Python<'_>, message: Message) -> PyResult<()> {
@@ -161,8 +149,8 @@ impl Mapper {
 
 pub(crate) fn laser_scan(
     stamp: f64,
-    ranges: &PyReadonlyArray1<'_, f64>,
-    intensities: &PyReadonlyArray1<'_, f64>,
+    ranges: &In1<'_, f64>,
+    intensities: &In1<'_, f64>,
     beams: Beams,
 ) -> PyResult<LaserScan> {
     let scan = gate::scan(stamp, ranges, beams)?;
@@ -189,93 +177,133 @@ pub(crate) fn matrices<const R: usize>(items: &[nalgebra::SMatrix<f64, R, R>]) -
     Array3::from_shape_fn((items.len(), R, R), |(k, i, j)| items[k][(i, j)])
 }
 
-fn to_dict<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyDict>> {
-    let (out, r) = (PyDict::new(py), &outcome.map);
-    graph(py, &out, r)?;
-    let stamps: Array1<f64> = r.trajectory.iter().map(|(t, _)| *t).collect();
-    out.set_item("trajectory_stamps", stamps.into_pyarray(py))?;
-    let path: Vec<Se2> = r.trajectory.iter().map(|(_, p)| *p).collect();
-    out.set_item("trajectory", poses(path.iter()).into_pyarray(py))?;
-    out.set_item("odometry", poses(r.odometry.iter()).into_pyarray(py))?;
-    out.set_item("tracked", poses(r.tracked.iter()).into_pyarray(py))?;
-    closures(py, &out, r)?;
-    landmarks(py, &out, &r.landmarks)?;
-    grid(py, &out, &r.grid)?;
-    weak(&out, r)?;
-    out.set_item("counts", outcome.counts.iter().copied().collect::<BTreeMap<_, _>>())?;
-    out.set_item("findings", to_list(py, &outcome.findings)?)?;
-    out.set_item("verdict", outcome.verdict)?;
-    Ok(out)
+/// A map.
+#[pyclass(frozen, get_all)]
+pub(crate) struct MapArrays {
+    graph: Py<GraphArrays>,
+    trajectory_stamps: border::Array1<f64>,
+    trajectory: border::Array2<f64>,
+    odometry: border::Array2<f64>,
+    tracked: border::Array2<f64>,
+    /// From, to (keyframes), overlap, correction [m], residual [m], residual [rad] a row.
+    closures: border::Array2<f64>,
+    /// Why each closure was rejected; empty when it was accepted.
+    verdicts: Vec<&'static str>,
+    landmarks: Py<LandmarkArrays>,
+    grid: Py<GridArrays>,
+    /// First and last stamp, x, y, sigma [m], direction [rad], why.
+    weak: Vec<(f64, f64, f64, f64, f64, f64, &'static str)>,
+    counts: BTreeMap<&'static str, f64>,
+    findings: Vec<Row>,
+    verdict: &'static str,
 }
 
-fn graph(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
+/// The optimised pose graph.
+#[pyclass(frozen, get_all)]
+pub(crate) struct GraphArrays {
+    stamps: border::Array1<f64>,
+    poses: border::Array2<f64>,
+    covariances: border::Array3<f64>,
+    pairs: border::Array2<i64>,
+    measurements: border::Array2<f64>,
+    information: border::Array3<f64>,
+    kinds: Vec<&'static str>,
+    chi_squares: border::Array1<f64>,
+}
+
+/// Corners and reflectors in the frame of the map.
+#[pyclass(frozen, get_all)]
+pub(crate) struct LandmarkArrays {
+    kinds: Vec<&'static str>,
+    positions: border::Array2<f64>,
+    covariances: border::Array3<f64>,
+    orientations: border::Array1<f64>,
+    descriptors: border::Array2<u8>,
+    seen: border::Array1<i64>,
+    visible: border::Array1<i64>,
+}
+
+/// An occupancy grid: -1 unknown, 0 free, 100 occupied.
+#[pyclass(frozen, get_all)]
+pub(crate) struct GridArrays {
+    cells: border::Array2<i8>,
+    resolution: f64,
+    origin: (f64, f64),
+}
+
+fn to_arrays(py: Python<'_>, outcome: &Outcome) -> PyResult<MapArrays> {
+    let r = &outcome.map;
+    let path: Vec<Se2> = r.trajectory.iter().map(|(_, p)| *p).collect();
+    let closures = closures(r);
+    Ok(MapArrays {
+        graph: Py::new(py, graph(py, r))?,
+        trajectory_stamps: border::column(py, r.trajectory.iter().map(|(t, _)| *t)),
+        trajectory: poses(path.iter()).out(py),
+        odometry: poses(r.odometry.iter()).out(py),
+        tracked: poses(r.tracked.iter()).out(py),
+        closures: Array2::from_shape_fn((closures.len(), 6), |(k, j)| closures[k][j]).out(py),
+        verdicts: r.closures.iter().map(|(c, ..)| c.verdict.told()).collect(),
+        landmarks: Py::new(py, landmarks(py, &r.landmarks))?,
+        grid: Py::new(py, grid(py, &r.grid))?,
+        weak: r
+            .weak
+            .iter()
+            .map(|w| (w.stamps.0, w.stamps.1, w.position.x, w.position.y, w.sigma, w.direction, w.reason.told()))
+            .collect(),
+        counts: outcome.counts.iter().copied().collect(),
+        findings: to_rows(&outcome.findings),
+        verdict: outcome.verdict,
+    })
+}
+
+fn graph(py: Python<'_>, r: &MapResult) -> GraphArrays {
     let edges = &r.graph.edges;
-    let kinds: Vec<&str> =
-        r.kinds.iter().map(|k| if *k == EdgeKind::Step { "registration" } else { "closure" }).collect();
+    let kind = |k: &EdgeKind| if *k == EdgeKind::Step { "registration" } else { "closure" };
     let ends = |k: usize, side: usize| if side == 0 { edges[k].from } else { edges[k].to } as i64;
     let information: Vec<_> = edges.iter().map(|e| e.information).collect();
     let measured: Vec<Se2> = edges.iter().map(|e| e.measurement).collect();
-    out.set_item("stamps", Array1::from(r.stamps.clone()).into_pyarray(py))?;
-    out.set_item("poses", poses(r.graph.nodes.iter()).into_pyarray(py))?;
-    out.set_item("covariances", matrices(&r.covariances).into_pyarray(py))?;
-    out.set_item("pairs", Array2::from_shape_fn((edges.len(), 2), |(k, side)| ends(k, side)).into_pyarray(py))?;
-    out.set_item("measurements", poses(measured.iter()).into_pyarray(py))?;
-    out.set_item("information", matrices(&information).into_pyarray(py))?;
-    out.set_item("kinds", kinds)?;
-    out.set_item("chi_squares", Array1::from(r.chi_squares.clone()).into_pyarray(py))
+    GraphArrays {
+        stamps: r.stamps.clone().out(py),
+        poses: poses(r.graph.nodes.iter()).out(py),
+        covariances: matrices(&r.covariances).out(py),
+        pairs: Array2::from_shape_fn((edges.len(), 2), |(k, side)| ends(k, side)).out(py),
+        measurements: poses(measured.iter()).out(py),
+        information: matrices(&information).out(py),
+        kinds: r.kinds.iter().map(kind).collect(),
+        chi_squares: r.chi_squares.clone().out(py),
+    }
 }
 
-/// Rows of from, to (keyframes), overlap, correction [m], residual [m], residual [rad], and the verdicts.
-fn closures(py: Python<'_>, out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
-    let rows: Vec<[f64; 6]> = r
-        .closures
-        .iter()
-        .map(|closed @ (c, from, to)| {
-            let moved = c.predicted.between(&c.check.pose).translation.norm();
-            let (metres, radians) = r.left_of(closed);
-            [*from as f64, *to as f64, c.check.overlap, moved, metres, radians]
-        })
-        .collect();
-    let verdicts: Vec<&str> = r.closures.iter().map(|(c, ..)| c.verdict.told()).collect();
-    out.set_item("closures", Array2::from_shape_fn((rows.len(), 6), |(k, j)| rows[k][j]).into_pyarray(py))?;
-    out.set_item("verdicts", verdicts)
+fn closures(r: &MapResult) -> Vec<[f64; 6]> {
+    let row = |closed @ (c, from, to): &(Closure, usize, usize)| {
+        let moved = c.predicted.between(&c.check.pose).translation.norm();
+        let (metres, radians) = r.left_of(closed);
+        [*from as f64, *to as f64, c.check.overlap, moved, metres, radians]
+    };
+    r.closures.iter().map(row).collect()
 }
 
-pub(crate) fn landmarks(py: Python<'_>, out: &Bound<'_, PyDict>, map: &LandmarkMap) -> PyResult<()> {
+pub(crate) fn landmarks(py: Python<'_>, map: &LandmarkMap) -> LandmarkArrays {
     let all = &map.landmarks;
     let covariances: Vec<_> = all.iter().map(|l| l.covariance).collect();
-    let positions = Array2::from_shape_fn((all.len(), 2), |(k, j)| all[k].position[j]);
-    out.set_item("landmark_kinds", all.iter().map(|l| l.kind.name()).collect::<Vec<_>>())?;
-    out.set_item("landmark_positions", positions.into_pyarray(py))?;
-    out.set_item("landmark_covariances", matrices(&covariances).into_pyarray(py))?;
-    let orientations: Array1<f64> = all.iter().map(|l| l.orientation.unwrap_or(f64::NAN)).collect();
-    out.set_item("landmark_orientations", orientations.into_pyarray(py))?;
     let descriptors = Array2::from_shape_fn((all.len(), 16), |(k, j)| all[k].descriptor.unwrap_or(0).to_le_bytes()[j]);
-    out.set_item("landmark_descriptors", descriptors.into_pyarray(py))?;
-    let seen: Array1<i64> = all.iter().map(|l| i64::from(l.seen)).collect();
-    let visible: Array1<i64> = all.iter().map(|l| i64::from(l.visible)).collect();
-    out.set_item("landmark_seen", seen.into_pyarray(py))?;
-    out.set_item("landmark_visible", visible.into_pyarray(py))
+    LandmarkArrays {
+        kinds: all.iter().map(|l| l.kind.name()).collect(),
+        positions: Array2::from_shape_fn((all.len(), 2), |(k, j)| all[k].position[j]).out(py),
+        covariances: matrices(&covariances).out(py),
+        orientations: border::column(py, all.iter().map(|l| l.orientation.unwrap_or(f64::NAN))),
+        descriptors: descriptors.out(py),
+        seen: border::column(py, all.iter().map(|l| i64::from(l.seen))),
+        visible: border::column(py, all.iter().map(|l| i64::from(l.visible))),
+    }
 }
 
-pub(crate) fn grid(py: Python<'_>, out: &Bound<'_, PyDict>, g: &Grid) -> PyResult<()> {
+pub(crate) fn grid(py: Python<'_>, g: &Grid) -> GridArrays {
     let value = |c: &Cell| match c {
         Cell::Unknown => -1i8,
         Cell::Free => 0,
         Cell::Occupied => 100,
     };
     let cells = Array2::from_shape_vec((g.height, g.width), g.cells.iter().map(value).collect()).unwrap_or_default();
-    out.set_item("grid_cells", cells.into_pyarray(py))?;
-    out.set_item("grid_resolution", g.resolution)?;
-    out.set_item("grid_origin", (g.origin.x, g.origin.y))
-}
-
-/// Tuples of first stamp, last stamp, x, y, sigma, direction, why.
-fn weak(out: &Bound<'_, PyDict>, r: &MapResult) -> PyResult<()> {
-    let spots: Vec<_> = r
-        .weak
-        .iter()
-        .map(|w| (w.stamps.0, w.stamps.1, w.position.x, w.position.y, w.sigma, w.direction, w.reason.told()))
-        .collect();
-    out.set_item("weak", spots)
+    GridArrays { cells: cells.out(py), resolution: g.resolution, origin: (g.origin.x, g.origin.y) }
 }

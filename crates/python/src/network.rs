@@ -1,7 +1,8 @@
 //! `groma.network` and simulated networks: JSON and arrays in, arrays out. Poses are rows `x y z qx qy qz qw`.
 
+use crate::border::{self, In1, In2, Out};
 use crate::camera::{invalid, parse};
-use crate::findings::to_list;
+use crate::findings::{Row, to_rows};
 use crate::poses::{in_space, numbers};
 use crate::token::{Token, interruptible};
 use groma_geometry::{Se2, Se3};
@@ -14,29 +15,15 @@ use groma_network::view::{Corner, average};
 use groma_network::{Error, Options};
 use groma_pipeline::message::Detections;
 use groma_pipeline::{Message, SurveyCameras};
-use groma_simulation::network::{NETWORK_SCENES, NetworkRecording, NetworkScene, simulate};
+use groma_simulation::network::{NETWORK_SCENES, NetworkScene, simulate};
 use nalgebra::{DMatrix, Matrix6, Vector2};
-use numpy::ndarray::{Array1, Array2, Array3};
-use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::{Array2, Array3};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(network_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(network_scenes, m)?)?;
-    m.add_function(wrap_pyfunction!(network_scene, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate_network, m)?)?;
-    m.add_function(wrap_pyfunction!(place_by_poses, m)?)?;
-    m.add_function(wrap_pyfunction!(pose_sigmas, m)?)?;
-    m.add_class::<NetworkSurvey>()?;
-    m.add_class::<Standstill>()
-}
 
 /// Standard deviations of position [m] and rotation [rad] along their worst directions, by a covariance (6, 6).
 #[pyfunction]
-fn pose_sigmas(covariance: PyReadonlyArray2<'_, f64>) -> PyResult<(f64, f64)> {
+pub(crate) fn pose_sigmas(covariance: In2<'_, f64>) -> PyResult<(f64, f64)> {
     let view = covariance.as_array();
     if view.dim() != (6, 6) {
         return Err(PyValueError::new_err(format!("covariance: must be 6 x 6, not {:?}", view.dim())));
@@ -48,7 +35,7 @@ fn pose_sigmas(covariance: PyReadonlyArray2<'_, f64>) -> PyResult<(f64, f64)> {
 /// Tells stops from odometry as it comes.
 #[pyclass]
 #[derive(Default)]
-struct Standstill(Core);
+pub(crate) struct Standstill(Core);
 
 #[pymethods]
 impl Standstill {
@@ -68,62 +55,72 @@ impl Standstill {
     }
 }
 
-/// The settings of a survey and their defaults.
+/// The settings of a survey and their defaults, as JSON.
 #[pyfunction]
-fn network_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    let text = serde_json::to_string(&Options::default()).map_err(invalid)?;
-    py.import("json")?.call_method1("loads", (text,))
+pub(crate) fn network_defaults() -> PyResult<String> {
+    border::json(&Options::default())
 }
 
 /// Names of the simulated networks.
 #[pyfunction]
-fn network_scenes() -> Vec<&'static str> {
+pub(crate) fn network_scenes() -> Vec<&'static str> {
     NETWORK_SCENES.to_vec()
 }
 
 /// A simulated network, as JSON.
 #[pyfunction]
-fn network_scene(name: &str, seed: u64) -> PyResult<String> {
+pub(crate) fn network_scene(name: &str, seed: u64) -> PyResult<String> {
     serde_json::to_string(&NetworkScene::named(name, seed).map_err(invalid)?).map_err(invalid)
 }
 
 /// What a recorder would have of a scene, and the truth.
-#[pyfunction]
-fn simulate_network<'py>(py: Python<'py>, scene: &str) -> PyResult<Bound<'py, PyDict>> {
-    let scene: NetworkScene = parse(scene)?;
-    let recording = py.detach(|| simulate(&scene)).map_err(invalid)?;
-    let out = PyDict::new(py);
-    out.set_item("odometry", rows(py, recording.odometry.iter().map(|(t, p)| [*t, p.x(), p.y(), p.theta()])))?;
-    out.set_item("stop_times", rows(py, recording.stops.iter().map(|s| [s.from, s.to])))?;
-    out.set_item("stops", poses(py, recording.stops.iter().map(|s| &s.pose)))?;
-    out.set_item("cameras", poses(py, recording.cameras.iter()))?;
-    out.set_item("mount", poses(py, std::iter::once(&recording.mount)))?;
-    let lenses: Result<Vec<String>, _> = recording.lenses.iter().map(serde_json::to_string).collect();
-    out.set_item("lenses", lenses.map_err(invalid)?)?;
-    seen(py, &out, &recording)?;
-    Ok(out)
+#[pyclass(frozen, get_all)]
+pub(crate) struct SimulatedNetworkArrays {
+    odometry: border::Array2<f64>,
+    stop_times: border::Array2<f64>,
+    stops: border::Array2<f64>,
+    cameras: border::Array2<f64>,
+    mount: border::Array2<f64>,
+    lenses: Vec<String>,
+    /// Stop, camera, panel and number of corners of every detection.
+    heads: border::Array2<i64>,
+    stamps: border::Array1<f64>,
+    /// Corners, one detection after the other.
+    ids: border::Array1<i64>,
+    pixels: border::Array2<f64>,
 }
 
-/// Rows of stop, camera, panel and number of corners, stamps, and the corners one after the other.
-fn seen(py: Python<'_>, out: &Bound<'_, PyDict>, recording: &NetworkRecording) -> PyResult<()> {
-    let all = &recording.seen;
-    let heads = all.iter().map(|s| [s.stop, s.camera, s.panel, s.ids.len()].map(|v| v as i64));
-    out.set_item("heads", rows(py, heads))?;
-    out.set_item("stamps", column(py, all.iter().map(|s| s.stamp)))?;
-    out.set_item("ids", column(py, all.iter().flat_map(|s| s.ids.iter().map(|id| i64::from(*id)))))?;
-    out.set_item("pixels", rows(py, all.iter().flat_map(|s| s.pixels.iter().map(|p| [p.x, p.y]))))
+/// Simulates a network.
+#[pyfunction]
+pub(crate) fn simulate_network(py: Python<'_>, scene: &str) -> PyResult<SimulatedNetworkArrays> {
+    let scene: NetworkScene = parse(scene)?;
+    let recording = py.detach(|| simulate(&scene)).map_err(invalid)?;
+    let lenses: Result<Vec<String>, _> = recording.lenses.iter().map(serde_json::to_string).collect();
+    let seen = &recording.seen;
+    Ok(SimulatedNetworkArrays {
+        odometry: rows(py, recording.odometry.iter().map(|(t, p)| [*t, p.x(), p.y(), p.theta()])),
+        stop_times: rows(py, recording.stops.iter().map(|s| [s.from, s.to])),
+        stops: poses(py, recording.stops.iter().map(|s| &s.pose)),
+        cameras: poses(py, recording.cameras.iter()),
+        mount: poses(py, std::iter::once(&recording.mount)),
+        lenses: lenses.map_err(invalid)?,
+        heads: rows(py, seen.iter().map(|s| [s.stop, s.camera, s.panel, s.ids.len()].map(|v| v as i64))),
+        stamps: border::column(py, seen.iter().map(|s| s.stamp)),
+        ids: border::column(py, seen.iter().flat_map(|s| s.ids.iter().map(|id| i64::from(*id)))),
+        pixels: rows(py, seen.iter().flat_map(|s| s.pixels.iter().map(|p| [p.x, p.y]))),
+    })
 }
 
 /// A survey that messages are pushed into; `finish` may be called at any time.
 #[pyclass]
-struct NetworkSurvey(SurveyCameras);
+pub(crate) struct NetworkSurvey(SurveyCameras);
 
 #[pymethods]
 impl NetworkSurvey {
     /// `cameras` as JSON with the covariance of each (or None).
     #[new]
-    fn new(target: &str, cameras: Vec<(String, String, Option<PyReadonlyArray2<'_, f64>>)>) -> PyResult<Self> {
-        let known = |(name, camera, covariance): (String, String, Option<PyReadonlyArray2<'_, f64>>)| {
+    fn new(target: &str, cameras: Vec<(String, String, Option<In2<'_, f64>>)>) -> PyResult<Self> {
+        let known = |(name, camera, covariance): (String, String, Option<In2<'_, f64>>)| {
             let covariance = covariance.map(|c| matrix(&c));
             Ok(KnownCamera { name, camera: parse(&camera)?, covariance })
         };
@@ -145,9 +142,9 @@ impl NetworkSurvey {
         camera: usize,
         panel: usize,
         stop: Option<u64>,
-        ids: PyReadonlyArray1<'_, i64>,
-        pixels: PyReadonlyArray2<'_, f64>,
-        sigmas: PyReadonlyArray1<'_, f64>,
+        ids: In1<'_, i64>,
+        pixels: In2<'_, f64>,
+        sigmas: In1<'_, f64>,
     ) -> bool {
         let (ids, pixels, sigmas) = (ids.as_array(), pixels.as_array(), sigmas.as_array());
         let fits = pixels.dim() == (ids.len(), 2) && sigmas.len() == ids.len();
@@ -163,15 +160,15 @@ impl NetworkSurvey {
         (state.stop, state.stops, state.views.iter().map(|v| (v.images, v.stops)).collect())
     }
 
-    /// The map as a dict of arrays, with `findings`.
+    /// The map.
     #[pyo3(signature = (options, token=None, show=None))]
-    fn finish<'py>(
+    fn finish(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         options: &str,
         token: Option<&Token>,
-        show: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+        show: Option<border::Progress>,
+    ) -> PyResult<NetworkArrays> {
         let options: Options = parse(options)?;
         options.check().map_err(invalid)?;
         let found = interruptible(py, token, show.as_ref(), |token| self.0.finish(&options, token))?;
@@ -179,65 +176,108 @@ impl NetworkSurvey {
             Error::Cancelled(_) => PyKeyboardInterrupt::new_err(e.to_string()),
             _ => PyRuntimeError::new_err(e.to_string()),
         })?;
-        let out = to_dict(py, &found.map)?;
-        out.set_item("findings", to_list(py, &found.findings)?)?;
-        Ok(out)
+        to_arrays(py, &found.map, to_rows(&found.findings))
     }
 }
 
-fn to_dict<'py>(py: Python<'py>, map: &NetworkMap) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    cameras(py, &out, map)?;
-    out.set_item("joint", map.joint.as_ref().map(|joint| dense(joint).into_pyarray(py)))?;
-    out.set_item("halt_stamps", column(py, map.stamps.iter().copied()))?;
-    out.set_item("odometry", rows(py, map.odometry.iter().map(|p| [p.x(), p.y(), p.theta()])))?;
-    out.set_item("stop_halts", column(py, map.stops.iter().map(|s| s.0 as i64)))?;
-    out.set_item("stops", poses(py, map.stops.iter().map(|s| &s.1)))?;
-    out.set_item("stop_covariances", sixes(map.stops.iter().map(|s| s.2)).into_pyarray(py))?;
-    out.set_item("mount", poses(py, std::iter::once(&map.mount.0)))?;
-    out.set_item("mount_covariance", sixes(std::iter::once(map.mount.1)).into_pyarray(py))?;
-    views(py, &out, map)?;
-    out.set_item("moved", rows(py, map.moved.iter().map(|m| [m.camera, m.from, m.to].map(|v| v as i64))))?;
-    out.set_item("slip", map.slip.map_or(0, |slip| slip.cameras))?;
-    let r = &map.residuals;
-    let kinds = [("corners", r.corners()), ("odometry", r.odometry), ("floor", r.floor), ("priors", r.priors)];
-    out.set_item("residuals", kinds.to_vec())?;
-    out.set_item("corner_chi_square", map.corner_chi_square())?;
-    out.set_item("height_sigma", map.height_sigma())?;
-    out.set_item("odometry_error", map.odometry_error())?;
-    out.set_item("path_length", map.path_length())?;
-    out.set_item("steps", map.steps)?;
-    Ok(out)
+/// The map of a camera network.
+#[pyclass(frozen, get_all)]
+pub(crate) struct NetworkArrays {
+    /// Number of the camera, first stop, whether it is still there, views a row.
+    camera_heads: border::Array2<i64>,
+    cameras: border::Array2<f64>,
+    covariances: border::Array3<f64>,
+    camera_chi: border::Array1<f64>,
+    /// Cameras as JSON, and the covariances of their parameters.
+    intrinsics: Vec<String>,
+    intrinsics_covariances: Vec<border::Array2<f64>>,
+    joint: Option<border::Array2<f64>>,
+    halt_stamps: border::Array1<f64>,
+    odometry: border::Array2<f64>,
+    stop_halts: border::Array1<i64>,
+    stops: border::Array2<f64>,
+    stop_covariances: border::Array3<f64>,
+    mount: border::Array2<f64>,
+    mount_covariance: border::Array3<f64>,
+    /// Stop, camera, place (-1 for none) of every view.
+    views: border::Array2<i64>,
+    nis: border::Array1<f64>,
+    verdicts: Vec<&'static str>,
+    /// Views that were used, and their chi-squares with the number of coordinates.
+    used: border::Array1<i64>,
+    view_chi: border::Array2<f64>,
+    /// Camera, old and new place a row.
+    moved: border::Array2<i64>,
+    slip: usize,
+    residuals: Vec<(&'static str, (f64, usize))>,
+    corner_chi_square: Option<f64>,
+    height_sigma: f64,
+    odometry_error: Option<f64>,
+    path_length: f64,
+    /// Steps, and whether the batch converged.
+    steps: (usize, bool),
+    findings: Vec<Row>,
 }
 
-fn cameras(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResult<()> {
-    let all = &map.cameras;
-    let heads = all.iter().map(|c| [c.camera, c.since, usize::from(c.current), c.views].map(|v| v as i64));
-    out.set_item("camera_heads", rows(py, heads))?;
-    out.set_item("cameras", poses(py, all.iter().map(|c| &c.pose)))?;
-    out.set_item("covariances", sixes(all.iter().map(|c| c.covariance)).into_pyarray(py))?;
-    out.set_item("camera_chi", column(py, all.iter().map(CameraResult::chi_square_per_dof)))?;
+fn to_arrays(py: Python<'_>, map: &NetworkMap, findings: Vec<Row>) -> PyResult<NetworkArrays> {
+    let (r, all) = (&map.residuals, &map.cameras);
     let lenses: Result<Vec<String>, _> = all.iter().map(|c| serde_json::to_string(&c.intrinsics)).collect();
-    out.set_item("intrinsics", lenses.map_err(invalid)?)?;
-    let spreads: Vec<_> = all.iter().map(|c| dense(&c.intrinsics_covariance).into_pyarray(py)).collect();
-    out.set_item("intrinsics_covariances", spreads)
+    let place = |p: Option<usize>| p.map_or(-1, |p| p as i64);
+    Ok(NetworkArrays {
+        camera_heads: rows(
+            py,
+            all.iter().map(|c| [c.camera, c.since, usize::from(c.current), c.views].map(|v| v as i64)),
+        ),
+        cameras: poses(py, all.iter().map(|c| &c.pose)),
+        covariances: sixes(all.iter().map(|c| c.covariance)).out(py),
+        camera_chi: border::column(py, all.iter().map(CameraResult::chi_square_per_dof)),
+        intrinsics: lenses.map_err(invalid)?,
+        intrinsics_covariances: all.iter().map(|c| dense(&c.intrinsics_covariance).out(py)).collect(),
+        joint: map.joint.as_ref().map(|joint| dense(joint).out(py)),
+        halt_stamps: border::column(py, map.stamps.iter().copied()),
+        odometry: rows(py, map.odometry.iter().map(|p| [p.x(), p.y(), p.theta()])),
+        stop_halts: border::column(py, map.stops.iter().map(|s| s.0 as i64)),
+        stops: poses(py, map.stops.iter().map(|s| &s.1)),
+        stop_covariances: sixes(map.stops.iter().map(|s| s.2)).out(py),
+        mount: poses(py, std::iter::once(&map.mount.0)),
+        mount_covariance: sixes(std::iter::once(map.mount.1)).out(py),
+        views: rows(py, map.judged.iter().map(|j| [j.stop as i64, j.camera as i64, place(j.place)])),
+        nis: border::column(py, map.judged.iter().map(|j| j.nis)),
+        verdicts: map.judged.iter().map(|j| verdict(j.verdict)).collect(),
+        used: border::column(py, map.used.iter().map(|&k| k as i64)),
+        view_chi: rows(py, r.views.iter().map(|v| [v.0, v.1 as f64])),
+        moved: rows(py, map.moved.iter().map(|m| [m.camera, m.from, m.to].map(|v| v as i64))),
+        slip: map.slip.map_or(0, |slip| slip.cameras),
+        residuals: vec![("corners", r.corners()), ("odometry", r.odometry), ("floor", r.floor), ("priors", r.priors)],
+        corner_chi_square: map.corner_chi_square(),
+        height_sigma: map.height_sigma(),
+        odometry_error: map.odometry_error(),
+        path_length: map.path_length(),
+        steps: map.steps,
+        findings,
+    })
 }
 
-/// Of every view: stop, camera, place (-1 for none), verdict, nis; of those used: which, and their chi-squares.
-fn views(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResult<()> {
-    let verdict = |v: Verdict| match v {
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
         Verdict::Born => "first sight",
         Verdict::Taken => "taken",
         Verdict::Rejected => "rejected",
         Verdict::Undecided => "undecided",
         Verdict::NoPose => "no pose",
-    };
-    let place = |p: Option<usize>| p.map_or(-1, |p| p as i64);
-    out.set_item("views", rows(py, map.judged.iter().map(|j| [j.stop as i64, j.camera as i64, place(j.place)])))?;
-    out.set_item("nis", column(py, map.judged.iter().map(|j| j.nis)))?;
-    out.set_item("verdicts", map.judged.iter().map(|j| verdict(j.verdict)).collect::<Vec<_>>())?;
-    out.set_item("used", column(py, map.used.iter().map(|&k| k as i64)))?;
-    out.set_item("view_chi", rows(py, map.residuals.views.iter().map(|v| [v.0, v.1 as f64])))
+    }
+}
+
+/// A fixed camera and the target on the robot, from known poses of the robot.
+#[pyclass(frozen, get_all)]
+pub(crate) struct PlacedCamera {
+    camera: border::Array2<f64>,
+    mount: border::Array2<f64>,
+    intrinsics: String,
+    rms: f64,
+    covariance: border::Array2<f64>,
+    planar: bool,
+    weak: Vec<String>,
 }
 
 /// Camera, mount and intrinsics from known poses of the robot.
@@ -245,18 +285,18 @@ fn views(py: Python<'_>, out: &Bound<'_, PyDict>, map: &NetworkMap) -> PyResult<
 /// `heads` are rows of pose, panel and number of corners.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "arrays of one data set")]
-fn place_by_poses<'py>(
+pub(crate) fn place_by_poses<'py>(
     py: Python<'py>,
     camera: &str,
-    covariance: PyReadonlyArray2<'py, f64>,
+    covariance: In2<'py, f64>,
     target: &str,
-    robots: PyReadonlyArray2<'py, f64>,
-    heads: PyReadonlyArray2<'py, i64>,
-    ids: PyReadonlyArray1<'py, i64>,
-    pixels: PyReadonlyArray2<'py, f64>,
+    robots: In2<'py, f64>,
+    heads: In2<'py, i64>,
+    ids: In1<'py, i64>,
+    pixels: In2<'py, f64>,
     sigma: f64,
     height: f64,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PlacedCamera> {
     let (camera, target): (Camera, Target) = (parse(camera)?, parse(target)?);
     let known = KnownCamera { name: String::new(), camera, covariance: Some(matrix(&covariance)) };
     let lens = lens(&known, &Options { calibration_states: 6, ..Options::default() });
@@ -264,23 +304,23 @@ fn place_by_poses<'py>(
     let corners = corners(&target, robots.len(), &heads, &ids, &pixels, sigma)?;
     let failed = |e: groma_network::Error| PyRuntimeError::new_err(e.to_string());
     let (fit, planar) = py.detach(|| hand_eye::place(&lens, &robots, &corners, height)).map_err(failed)?;
-    let out = PyDict::new(py);
-    out.set_item("camera", poses(py, std::iter::once(&fit.estimate.0)))?;
-    out.set_item("mount", poses(py, std::iter::once(&fit.estimate.1)))?;
-    out.set_item("intrinsics", serde_json::to_string(&lens.calibrated(&fit.estimate.2)).map_err(invalid)?)?;
-    out.set_item("rms", hand_eye::rms(&fit))?;
-    out.set_item("covariance", dense(&fit.covariance).into_pyarray(py))?;
-    out.set_item("planar", planar)?;
-    out.set_item("weak", fit.weak.iter().map(hand_eye::in_words).collect::<Vec<_>>())?;
-    Ok(out)
+    Ok(PlacedCamera {
+        camera: poses(py, std::iter::once(&fit.estimate.0)),
+        mount: poses(py, std::iter::once(&fit.estimate.1)),
+        intrinsics: serde_json::to_string(&lens.calibrated(&fit.estimate.2)).map_err(invalid)?,
+        rms: hand_eye::rms(&fit),
+        covariance: dense(&fit.covariance).out(py),
+        planar,
+        weak: fit.weak.iter().map(hand_eye::in_words).collect(),
+    })
 }
 
 fn corners(
     target: &Target,
     count: usize,
-    heads: &PyReadonlyArray2<'_, i64>,
-    ids: &PyReadonlyArray1<'_, i64>,
-    pixels: &PyReadonlyArray2<'_, f64>,
+    heads: &In2<'_, i64>,
+    ids: &In1<'_, i64>,
+    pixels: &In2<'_, f64>,
     sigma: f64,
 ) -> PyResult<Vec<Vec<Corner>>> {
     let ids: Vec<u32> = ids.as_array().iter().map(|&id| id.clamp(0, i64::from(u32::MAX)) as u32).collect();
@@ -299,20 +339,16 @@ fn corners(
     Ok(all)
 }
 
-fn poses<'py, 'a>(py: Python<'py>, all: impl Iterator<Item = &'a Se3>) -> Bound<'py, numpy::PyArray2<f64>> {
+fn poses<'a>(py: Python<'_>, all: impl Iterator<Item = &'a Se3>) -> border::Array2<f64> {
     rows(py, all.map(numbers))
 }
 
 fn rows<'py, T: numpy::Element + Copy + Default, const N: usize>(
     py: Python<'py>,
     all: impl Iterator<Item = [T; N]>,
-) -> Bound<'py, numpy::PyArray2<T>> {
+) -> border::Array2<T> {
     let flat: Vec<[T; N]> = all.collect();
-    Array2::from_shape_fn((flat.len(), N), |(i, j)| flat[i][j]).into_pyarray(py)
-}
-
-fn column<'py, T: numpy::Element>(py: Python<'py>, all: impl Iterator<Item = T>) -> Bound<'py, numpy::PyArray1<T>> {
-    Array1::from_iter(all).into_pyarray(py)
+    Array2::from_shape_fn((flat.len(), N), |(i, j)| flat[i][j]).out(py)
 }
 
 fn sixes(all: impl Iterator<Item = Matrix6<f64>>) -> Array3<f64> {
@@ -324,7 +360,7 @@ fn dense(m: &DMatrix<f64>) -> Array2<f64> {
     Array2::from_shape_fn(m.shape(), |at| m[at])
 }
 
-fn matrix(array: &PyReadonlyArray2<'_, f64>) -> DMatrix<f64> {
+fn matrix(array: &In2<'_, f64>) -> DMatrix<f64> {
     let array = array.as_array();
     DMatrix::from_fn(array.nrows(), array.ncols(), |i, j| array[(i, j)])
 }

@@ -1,45 +1,33 @@
 //! The pose graph for Python: nodes (N, 3), pairs (M, 2), measurements (M, 3), information (M, 3, 3).
 
+use crate::border::{self, In1, In2, In3, Out};
 use crate::token::interruptible;
 use groma_geometry::Se2;
 use groma_mapping::pose_graph::{Edge, Error, Options, PoseGraph, Solution};
 use nalgebra::Matrix3;
 use numpy::ndarray::{Array1, Array2, Array3, ArrayView2, ArrayView3};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-type Optimized<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, usize, bool);
+type Optimized<'py> = (border::Array2<f64>, border::Array1<f64>, border::Array1<f64>, usize, bool);
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(pose_graph_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(pose_graph_optimize, m)?)?;
-    m.add_function(wrap_pyfunction!(pose_graph_marginals, m)?)
-}
-
+/// The settings of the pose graph and their defaults, as JSON.
 #[pyfunction]
-fn pose_graph_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let Options { max_iterations, tolerance, inlier_chi_square, convexity_step } = Options::default();
-    let defaults = PyDict::new(py);
-    defaults.set_item("max_iterations", max_iterations)?;
-    defaults.set_item("tolerance", tolerance)?;
-    defaults.set_item("inlier_chi_square", inlier_chi_square)?;
-    defaults.set_item("convexity_step", convexity_step)?;
-    Ok(defaults)
+pub(crate) fn pose_graph_defaults() -> PyResult<String> {
+    border::json(&Options::default())
 }
 
 #[pyfunction]
 #[pyo3(signature = (nodes, pairs, measurements, information, robust, *, max_iterations=None, tolerance=None,
                     inlier_chi_square=None, convexity_step=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument an array or an option: Python names them")]
-fn pose_graph_optimize<'py>(
+pub(crate) fn pose_graph_optimize<'py>(
     py: Python<'py>,
-    nodes: PyReadonlyArray2<'py, f64>,
-    pairs: PyReadonlyArray2<'py, i64>,
-    measurements: PyReadonlyArray2<'py, f64>,
-    information: PyReadonlyArray3<'py, f64>,
-    robust: PyReadonlyArray1<'py, bool>,
+    nodes: In2<'py, f64>,
+    pairs: In2<'py, i64>,
+    measurements: In2<'py, f64>,
+    information: In3<'py, f64>,
+    robust: In1<'py, bool>,
     max_iterations: Option<usize>,
     tolerance: Option<f64>,
     inlier_chi_square: Option<f64>,
@@ -59,23 +47,23 @@ fn pose_graph_optimize<'py>(
     let Solution { nodes, chi_squares, weights, iterations, converged } = solution;
     let poses = Array2::from_shape_fn((nodes.len(), 3), |(k, axis)| nodes[k].to_vector()[axis]);
     let (chi_squares, weights) = (Array1::from(chi_squares), Array1::from(weights));
-    Ok((poses.into_pyarray(py), chi_squares.into_pyarray(py), weights.into_pyarray(py), iterations, converged))
+    Ok((poses.out(py), chi_squares.out(py), weights.out(py), iterations, converged))
 }
 
 #[pyfunction]
-fn pose_graph_marginals<'py>(
+pub(crate) fn pose_graph_marginals<'py>(
     py: Python<'py>,
-    nodes: PyReadonlyArray2<'py, f64>,
-    pairs: PyReadonlyArray2<'py, i64>,
-    measurements: PyReadonlyArray2<'py, f64>,
-    information: PyReadonlyArray3<'py, f64>,
-    weights: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    nodes: In2<'py, f64>,
+    pairs: In2<'py, i64>,
+    measurements: In2<'py, f64>,
+    information: In3<'py, f64>,
+    weights: In1<'py, f64>,
+) -> PyResult<border::Array3<f64>> {
     let weights = weights.as_array().to_vec();
     let robust = vec![false; pairs.as_array().nrows()];
     let graph = graph(nodes.as_array(), pairs.as_array(), measurements.as_array(), information.as_array(), &robust)?;
     let blocks = py.detach(|| graph.marginals(&weights)).map_err(|e| raise(py, &e))?;
-    Ok(Array3::from_shape_fn((blocks.len(), 3, 3), |(k, r, c)| blocks[k][(r, c)]).into_pyarray(py))
+    Ok(Array3::from_shape_fn((blocks.len(), 3, 3), |(k, r, c)| blocks[k][(r, c)]).out(py))
 }
 
 fn graph(

@@ -1,6 +1,7 @@
 //! Poses and their covariances, for what Python lays out, draws and tells. In the plane (x, y, heading), in space
 //! (position, then x, y, z, w).
 
+use crate::border::{self, In1, In2, In3, Out};
 use crate::gate;
 use groma_calibration::vehicle::Motions;
 use groma_geometry::{LieGroup, Se2, Se3, So3, largest_sigma};
@@ -8,19 +9,7 @@ use groma_localization::Observation;
 use groma_planning::camera::{camera_by_panel, foot_and_mount};
 use nalgebra::{Matrix2, Matrix3, Quaternion, UnitQuaternion, Vector2, Vector3};
 use numpy::ndarray::{Array2, Array3, ArrayView3};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(foot_of, m)?)?;
-    m.add_function(wrap_pyfunction!(camera_seeing, m)?)?;
-    m.add_function(wrap_pyfunction!(composed, m)?)?;
-    m.add_function(wrap_pyfunction!(between, m)?)?;
-    m.add_function(wrap_pyfunction!(steps_back, m)?)?;
-    m.add_function(wrap_pyfunction!(points_seen, m)?)?;
-    m.add_function(wrap_pyfunction!(planar_sigmas, m)?)?;
-    m.add_function(wrap_pyfunction!(motions_between_poses, m)?)
-}
 
 type Pose = (f64, f64, f64);
 
@@ -42,13 +31,13 @@ fn plane(pose: &Se2) -> Pose {
 
 /// Foot of a camera in the plane, and the camera seen from there; None when it is not above the floor or looks plumb.
 #[pyfunction]
-fn foot_of(camera: [f64; 7]) -> Option<(Pose, [f64; 7])> {
+pub(crate) fn foot_of(camera: [f64; 7]) -> Option<(Pose, [f64; 7])> {
     foot_and_mount(&in_space(camera)).map(|(foot, mount)| (plane(&foot), numbers(&mount)))
 }
 
 /// The camera that sees a panel at `seen` (4, 4), which a robot at `robot` carries at `carried`.
 #[pyfunction]
-fn camera_seeing(robot: Pose, carried: [f64; 7], seen: PyReadonlyArray2<'_, f64>) -> PyResult<[f64; 7]> {
+pub(crate) fn camera_seeing(robot: Pose, carried: [f64; 7], seen: In2<'_, f64>) -> PyResult<[f64; 7]> {
     let m = seen.as_array();
     let seen = crate::rendering::pose(|i, j| m[(i, j)]);
     Ok(numbers(&camera_by_panel(&gate::pose(robot)?, &in_space(carried), &seen)))
@@ -56,33 +45,33 @@ fn camera_seeing(robot: Pose, carried: [f64; 7], seen: PyReadonlyArray2<'_, f64>
 
 /// `T_a_c` of `T_a_b` and `T_b_c`.
 #[pyfunction]
-fn composed(a: Pose, b: Pose) -> PyResult<Pose> {
+pub(crate) fn composed(a: Pose, b: Pose) -> PyResult<Pose> {
     Ok(plane(&(gate::pose(a)? * gate::pose(b)?)))
 }
 
 /// `T_a_b` of two poses in one frame.
 #[pyfunction]
-fn between(a: Pose, b: Pose) -> PyResult<Pose> {
+pub(crate) fn between(a: Pose, b: Pose) -> PyResult<Pose> {
     Ok(plane(&gate::pose(a)?.between(&gate::pose(b)?)))
 }
 
 /// Of poses (n, 7), each but the first: the one before it as seen from it, (n - 1, 4, 4).
 #[pyfunction]
-fn steps_back<'py>(py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> Bound<'py, PyArray3<f64>> {
+pub(crate) fn steps_back<'py>(py: Python<'py>, poses: In2<'py, f64>) -> border::Array3<f64> {
     let rows = poses.as_array();
     let pose = |k: usize| in_space(std::array::from_fn(|c| rows[(k, c)]));
     let steps: Vec<[f64; 16]> =
         (1..rows.nrows()).map(|k| crate::rendering::entries(&(pose(k).inverse() * pose(k - 1)))).collect();
-    Array3::from_shape_fn((steps.len(), 4, 4), |(k, r, c)| steps[k][4 * r + c]).into_pyarray(py)
+    Array3::from_shape_fn((steps.len(), 4, 4), |(k, r, c)| steps[k][4 * r + c]).out(py)
 }
 
 /// Range and bearing (n, 2) of points (n, 2) in the laser frame, with covariances (n, 2, 2) from those of the points.
 #[pyfunction]
-fn points_seen<'py>(
+pub(crate) fn points_seen<'py>(
     py: Python<'py>,
-    points: PyReadonlyArray2<'py, f64>,
-    covariances: PyReadonlyArray3<'py, f64>,
-) -> (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>) {
+    points: In2<'py, f64>,
+    covariances: In3<'py, f64>,
+) -> (border::Array2<f64>, border::Array3<f64>) {
     let (points, c) = (points.as_array(), covariances.as_array());
     let seen = |k: usize| {
         let covariance = Matrix2::from_fn(|i, j| c[(k, i, j)]);
@@ -92,31 +81,31 @@ fn points_seen<'py>(
     let polar = Array2::from_shape_fn((seen.len(), 2), |(k, c)| seen[k].polar[c]);
     let spread =
         |(k, i, j): (usize, usize, usize)| f64::midpoint(seen[k].covariance[(i, j)], seen[k].covariance[(j, i)]);
-    (polar.into_pyarray(py), Array3::from_shape_fn((seen.len(), 2, 2), spread).into_pyarray(py))
+    (polar.out(py), Array3::from_shape_fn((seen.len(), 2, 2), spread).out(py))
 }
 
 /// Standard deviations by covariances (n, 3, 3) of x, y, heading: of the position in its worst direction, and the heading.
 #[pyfunction]
-fn planar_sigmas<'py>(
+pub(crate) fn planar_sigmas<'py>(
     py: Python<'py>,
-    covariances: PyReadonlyArray3<'py, f64>,
-) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+    covariances: In3<'py, f64>,
+) -> (border::Array1<f64>, border::Array1<f64>) {
     let all = blocks(covariances.as_array());
     let position = |c: &Matrix3<f64>| largest_sigma(&c.fixed_view::<2, 2>(0, 0).into_owned());
     let (positions, headings): (Vec<f64>, Vec<f64>) = all.iter().map(|c| (position(c), c.m33.max(0.0).sqrt())).unzip();
-    (positions.into_pyarray(py), headings.into_pyarray(py))
+    (positions.out(py), headings.out(py))
 }
 
 /// Motions (n - 1, 3), covariances and couplings.
-type Between<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>);
+type Between<'py> = (border::Array2<f64>, border::Array3<f64>, border::Array3<f64>);
 
 /// Motions between poses (n, 3) whose errors are independent.
 #[pyfunction]
-fn motions_between_poses<'py>(
+pub(crate) fn motions_between_poses<'py>(
     py: Python<'py>,
-    stamps: PyReadonlyArray1<'py, f64>,
-    poses: PyReadonlyArray2<'py, f64>,
-    covariances: PyReadonlyArray3<'py, f64>,
+    stamps: In1<'py, f64>,
+    poses: In2<'py, f64>,
+    covariances: In3<'py, f64>,
 ) -> Between<'py> {
     let rows = poses.as_array();
     let pose = |(k, t): (usize, &f64)| (*t, Vector3::new(rows[(k, 0)], rows[(k, 1)], rows[(k, 2)]));
@@ -126,9 +115,9 @@ fn motions_between_poses<'py>(
     let motion = |(k, c): (usize, usize)| [m[k].motion.x(), m[k].motion.y(), m[k].turn][c];
     let cube = |all: &Option<Vec<Matrix3<f64>>>| {
         let all = all.as_deref().unwrap_or_default();
-        Array3::from_shape_fn((all.len(), 3, 3), |(k, r, c)| all[k][(r, c)]).into_pyarray(py)
+        Array3::from_shape_fn((all.len(), 3, 3), |(k, r, c)| all[k][(r, c)]).out(py)
     };
-    let rows = Array2::from_shape_fn((m.len(), 3), motion).into_pyarray(py);
+    let rows = Array2::from_shape_fn((m.len(), 3), motion).out(py);
     (rows, cube(&found.covariances), cube(&found.couplings))
 }
 

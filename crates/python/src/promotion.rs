@@ -1,46 +1,48 @@
 //! `groma.promotion`: landmark maps in, the promoted map out.
 
-use crate::findings::to_list;
+use crate::border::{self, In1, In2};
+use crate::findings::{Row, to_rows};
 use crate::localization::{Table, to_map};
-use crate::mapping::{json, landmarks};
+use crate::mapping::{LandmarkArrays, landmarks};
 use groma_mapping::promotion::{Options, promote as core};
-use numpy::PyReadonlyArray1;
-use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(promotion_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(promote, m)?)
-}
-
-/// The settings of promotion and their defaults.
+/// The settings of promotion and their defaults, as JSON.
 #[pyfunction]
-fn promotion_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    json(py, &Options::default())
+pub(crate) fn promotion_defaults() -> PyResult<String> {
+    border::json(&Options::default())
 }
 
 /// Landmarks as for the localizer: rows, which are reflectors, descriptors.
-type Landmarks<'py> = (Table<'py>, PyReadonlyArray1<'py, bool>, PyReadonlyArray2<'py, u8>);
+type Landmarks<'py> = (Table<'py>, In1<'py, bool>, In2<'py, u8>);
 
-/// The new map as a dict of arrays, with `promoted`, `confirmed` and `findings`.
+/// A map to which landmarks were promoted.
+#[pyclass(frozen, get_all)]
+pub(crate) struct PromotedMap {
+    landmarks: Py<LandmarkArrays>,
+    promoted: usize,
+    confirmed: usize,
+    findings: Vec<Row>,
+}
+
+/// The new map.
 #[pyfunction]
-fn promote<'py>(
+pub(crate) fn promote<'py>(
     py: Python<'py>,
     map: Landmarks<'py>,
     days: Vec<Landmarks<'py>>,
     options: &str,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<PromotedMap> {
     let invalid = |e: String| PyValueError::new_err(e);
     let options: Options = serde_json::from_str(options).map_err(|e| invalid(e.to_string()))?;
     let of = |(rows, reflector, descriptors): &Landmarks<'py>| to_map(rows, reflector, descriptors);
     let (map, days) = (of(&map), days.iter().map(of).collect::<Vec<_>>());
     let result = py.detach(|| core(&map, &days, &options)).map_err(|e| invalid(e.to_string()))?;
-    let out = PyDict::new(py);
-    landmarks(py, &out, &result.map)?;
-    out.set_item("promoted", result.promoted)?;
-    out.set_item("confirmed", result.confirmed)?;
-    out.set_item("findings", to_list(py, &result.findings)?)?;
-    Ok(out)
+    Ok(PromotedMap {
+        landmarks: Py::new(py, landmarks(py, &result.map))?,
+        promoted: result.promoted,
+        confirmed: result.confirmed,
+        findings: to_rows(&result.findings),
+    })
 }

@@ -1,30 +1,24 @@
 //! `groma.recognition`: scans pushed in order of time, then one call a step, so that each can be timed.
 
+use crate::border::{self, In1};
 use crate::gate;
 use crate::token::interruptible;
 use groma_features::glarot::Candidate;
 use groma_geometry::Se2;
 use groma_mapping::recognition::{Loop, Options, Proposal, Recognizer as Core, Verdict, Verified};
 use groma_models::Cancelled;
-use numpy::PyReadonlyArray1;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(recognition_defaults, m)?)?;
-    m.add_class::<Recognizer>()
-}
-
-/// The settings of place recognition and their defaults.
+/// The settings of place recognition and their defaults, as JSON.
 #[pyfunction]
-fn recognition_defaults(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    let text = serde_json::to_string(&Options::default()).map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+pub(crate) fn recognition_defaults() -> PyResult<String> {
+    border::json(&Options::default())
 }
 
 /// Finds places again; the steps are called in the order in which they stand here.
 #[pyclass]
-struct Recognizer {
+pub(crate) struct Recognizer {
     core: Core,
     candidates: Vec<Vec<Candidate>>,
     proposals: Vec<Vec<Proposal>>,
@@ -52,7 +46,7 @@ impl Recognizer {
         &mut self,
         py: Python<'_>,
         stamp: f64,
-        ranges: PyReadonlyArray1<'_, f64>,
+        ranges: In1<'_, f64>,
         beams: gate::Beams,
         mount: Pose,
     ) -> PyResult<bool> {

@@ -1,37 +1,30 @@
 //! `groma.rendering`: images of panels, and of the scenes of a network.
 
+use crate::border::{self, In3, Out};
 use crate::camera::{invalid, parse};
 use groma_geometry::{LieGroup, Se3, So3};
 use groma_models::{Camera, Pattern, Target};
 use groma_simulation::network::{NetworkRecording, NetworkScene, images};
 use groma_simulation::render::{Appearance, Drawing, Shown, render};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
-
-/// Adds what is in this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<NetworkRenderer>()?;
-    m.add_function(wrap_pyfunction!(appearance_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(render_target, m)?)
-}
 
 /// The default appearance as JSON.
 #[pyfunction]
-fn appearance_defaults() -> PyResult<String> {
+pub(crate) fn appearance_defaults() -> PyResult<String> {
     serde_json::to_string(&Appearance::default()).map_err(invalid)
 }
 
 /// The image of the panels of a target, at poses `T_camera_panel` (panels, 4, 4): pixels row by row.
 #[pyfunction]
-fn render_target<'py>(
+pub(crate) fn render_target<'py>(
     py: Python<'py>,
     camera: &str,
     target: &str,
-    poses: PyReadonlyArray3<'py, f64>,
+    poses: In3<'py, f64>,
     appearance: &str,
     seed: u64,
-) -> PyResult<Bound<'py, PyArray1<u8>>> {
+) -> PyResult<border::Array1<u8>> {
     let (camera, target, appearance): (Camera, Target, Appearance) =
         (parse(camera)?, parse(target)?, parse(appearance)?);
     let drawings = drawings(&target)?;
@@ -44,12 +37,12 @@ fn render_target<'py>(
     };
     let shown: Vec<_> = poses.iter().enumerate().take(target.panels.len()).map(panel).collect();
     let pixels = py.detach(|| render(&camera, &shown, &appearance, seed)).map_err(invalid)?;
-    Ok(PyArray1::from_vec(py, pixels))
+    Ok(pixels.out(py))
 }
 
 /// What the cameras of a simulated network see at the stops of the robot.
 #[pyclass(frozen)]
-struct NetworkRenderer {
+pub(crate) struct NetworkRenderer {
     scene: NetworkScene,
     recording: NetworkRecording,
     drawings: Vec<Vec<Drawing>>,
@@ -72,9 +65,9 @@ impl NetworkRenderer {
     }
 
     /// The image of a camera at a stop, row by row; nothing when no panel would be in view.
-    fn image<'py>(&self, py: Python<'py>, stop: usize, camera: usize) -> PyResult<Option<Bound<'py, PyArray1<u8>>>> {
+    fn image<'py>(&self, py: Python<'py>, stop: usize, camera: usize) -> PyResult<Option<border::Array1<u8>>> {
         let image = || images::image(&self.scene, &self.recording, (stop, camera), &self.drawings, &self.appearance);
-        Ok(py.detach(image).map_err(invalid)?.map(|pixels| PyArray1::from_vec(py, pixels)))
+        Ok(py.detach(image).map_err(invalid)?.map(|pixels| pixels.out(py)))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Simulated recordings: a scenario as JSON in, arrays out.
 
+use crate::border::{self, Out};
 use crate::token::{Token, cancelled, interruptible};
 use groma_geometry::Se2;
 use groma_simulation::calibration::Drivetrain;
@@ -8,53 +9,42 @@ use groma_simulation::{
     CalibrationDrive, CalibrationScenario, Scenario, Simulated, SimulationError, simulate,
     simulate_calibration as calibration_drive,
 };
+
 use numpy::ndarray::{Array1, Array2};
-use numpy::{PyArray1, PyArray2, ToPyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 /// A simulated recording and its truth, as arrays.
 #[pyclass(frozen, get_all, module = "groma._core")]
-struct SimulatedArrays {
-    scan_stamps: Py<PyArray1<f64>>,
-    scan_poses: Py<PyArray2<f64>>,
-    ranges: Py<PyArray2<f64>>,
-    intensities: Py<PyArray2<f64>>,
-    odometry_stamps: Py<PyArray1<f64>>,
-    odometry: Py<PyArray2<f64>>,
+pub(crate) struct SimulatedArrays {
+    scan_stamps: border::Array1<f64>,
+    scan_poses: border::Array2<f64>,
+    ranges: border::Array2<f64>,
+    intensities: border::Array2<f64>,
+    odometry_stamps: border::Array1<f64>,
+    odometry: border::Array2<f64>,
     joint_names: (String, String),
-    joints: Py<PyArray2<f64>>,
-    truth: Py<PyArray2<f64>>,
-    stalls: Py<PyArray2<f64>>,
-    segments: Py<PyArray2<f64>>,
-    circles: Py<PyArray2<f64>>,
-}
-
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<SimulatedArrays>()?;
-    m.add_class::<CalibrationArrays>()?;
-    m.add_function(wrap_pyfunction!(calibration_scenario, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate_calibration, m)?)?;
-    m.add_function(wrap_pyfunction!(simulation_scenes, m)?)?;
-    m.add_function(wrap_pyfunction!(simulation_scenario, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate_scenario, m)?)
+    joints: border::Array2<f64>,
+    truth: border::Array2<f64>,
+    stalls: border::Array2<f64>,
+    segments: border::Array2<f64>,
+    circles: border::Array2<f64>,
 }
 
 #[pyfunction]
-fn simulation_scenes() -> Vec<&'static str> {
+pub(crate) fn simulation_scenes() -> Vec<&'static str> {
     groma_simulation::scenario::SCENES.to_vec()
 }
 
 #[pyfunction]
-fn simulation_scenario(scene: &str, seed: u64) -> PyResult<String> {
+pub(crate) fn simulation_scenario(scene: &str, seed: u64) -> PyResult<String> {
     let scenario = Scenario::named(scene, seed).map_err(|e| PyValueError::new_err(e.to_string()))?;
     serde_json::to_string(&scenario).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 #[pyfunction]
 #[pyo3(signature = (scenario, token=None))]
-fn simulate_scenario(py: Python<'_>, scenario: &str, token: Option<&Token>) -> PyResult<SimulatedArrays> {
+pub(crate) fn simulate_scenario(py: Python<'_>, scenario: &str, token: Option<&Token>) -> PyResult<SimulatedArrays> {
     let scenario: Scenario = serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let simulated = interruptible(py, token, None, |token| simulate(&scenario, token))?.map_err(raised)?;
     Ok(arrays(py, &scenario, &simulated))
@@ -99,25 +89,29 @@ fn surfaces(simulated: &Simulated) -> (Vec<f64>, Vec<f64>) {
 
 /// A simulated recording for calibration and its truth, as arrays.
 #[pyclass(frozen, get_all, module = "groma._core")]
-struct CalibrationArrays {
-    scan_stamps: Py<PyArray1<f64>>,
-    scan_poses: Py<PyArray2<f64>>,
-    ranges: Py<PyArray2<f64>>,
-    wheel_stamps: Py<PyArray1<f64>>,
-    readings: Py<PyArray2<f64>>,
-    truth: Py<PyArray2<f64>>,
+pub(crate) struct CalibrationArrays {
+    scan_stamps: border::Array1<f64>,
+    scan_poses: border::Array2<f64>,
+    ranges: border::Array2<f64>,
+    wheel_stamps: border::Array1<f64>,
+    readings: border::Array2<f64>,
+    truth: border::Array2<f64>,
 }
 
 /// The scenario for a drivetrain (JSON), as JSON.
 #[pyfunction]
-fn calibration_scenario(drivetrain: &str, seed: u64) -> PyResult<String> {
+pub(crate) fn calibration_scenario(drivetrain: &str, seed: u64) -> PyResult<String> {
     let drivetrain: Drivetrain = serde_json::from_str(drivetrain).map_err(|e| PyValueError::new_err(e.to_string()))?;
     serde_json::to_string(&CalibrationScenario::new(drivetrain, seed)).map_err(|e| PyValueError::new_err(e.to_string()))
 }
 
 #[pyfunction]
 #[pyo3(signature = (scenario, token=None))]
-fn simulate_calibration(py: Python<'_>, scenario: &str, token: Option<&Token>) -> PyResult<CalibrationArrays> {
+pub(crate) fn simulate_calibration(
+    py: Python<'_>,
+    scenario: &str,
+    token: Option<&Token>,
+) -> PyResult<CalibrationArrays> {
     let scenario: CalibrationScenario =
         serde_json::from_str(scenario).map_err(|e| PyValueError::new_err(e.to_string()))?;
     let drive = interruptible(py, token, None, |token| calibration_drive(&scenario, token))?.map_err(raised)?;
@@ -135,17 +129,17 @@ fn calibration_arrays(py: Python<'_>, beams: usize, drive: &CalibrationDrive) ->
     }
 }
 
-fn column(py: Python<'_>, values: impl Iterator<Item = f64>) -> Py<PyArray1<f64>> {
-    Array1::from_iter(values).to_pyarray(py).unbind()
+fn column(py: Python<'_>, values: impl Iterator<Item = f64>) -> border::Array1<f64> {
+    Array1::from_iter(values).out(py)
 }
 
-fn poses<'a>(py: Python<'_>, poses: impl Iterator<Item = &'a Se2>) -> Py<PyArray2<f64>> {
+fn poses<'a>(py: Python<'_>, poses: impl Iterator<Item = &'a Se2>) -> border::Array2<f64> {
     rows(py, 3, poses.flat_map(|pose| [pose.x(), pose.y(), pose.theta()]))
 }
 
-fn rows(py: Python<'_>, width: usize, values: impl Iterator<Item = f64>) -> Py<PyArray2<f64>> {
+fn rows(py: Python<'_>, width: usize, values: impl Iterator<Item = f64>) -> border::Array2<f64> {
     let values: Vec<f64> = values.collect();
     let mut table = Array2::zeros((values.len() / width, width));
     table.iter_mut().zip(values).for_each(|(cell, value)| *cell = value);
-    table.to_pyarray(py).unbind()
+    table.out(py)
 }

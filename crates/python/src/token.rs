@@ -1,5 +1,6 @@
 //! Long work that can be watched and interrupted: it runs on a thread of its own while the caller's handles signals.
 
+use crate::border;
 use groma_models::Token as Core;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -8,10 +9,6 @@ use std::time::Duration;
 
 /// Time between two looks at signals and progress.
 const PERIOD: Duration = Duration::from_millis(50);
-
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<Token>()
-}
 
 /// Cancels long work, and reports its progress.
 #[pyclass(frozen)]
@@ -48,7 +45,7 @@ impl Token {
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     token: Option<&Token>,
-    show: Option<&Py<PyAny>>,
+    show: Option<&border::Progress>,
     work: impl FnOnce(&Core) -> T + Send,
 ) -> PyResult<T> {
     let token = token.map_or_else(Core::new, |t| t.0.clone());
@@ -83,7 +80,7 @@ pub(crate) fn cancelled() -> PyErr {
     PyKeyboardInterrupt::new_err("interrupted")
 }
 
-fn look(py: Python<'_>, token: &Core, show: Option<&Py<PyAny>>) -> PyResult<()> {
+fn look(py: Python<'_>, token: &Core, show: Option<&border::Progress>) -> PyResult<()> {
     py.check_signals()?;
-    show.map_or(Ok(()), |show| show.call1(py, token.progress()).map(|_| ()))
+    show.map_or(Ok(()), |show| show.call(py, token.progress()))
 }

@@ -22,15 +22,9 @@ type Planned = (Vec<Row>, Vec<(String, f64)>, f64, f64);
 /// Corners of the floor; front, rear, side of the outline.
 type Room = Option<(Vec<(f64, f64)>, (f64, f64, f64))>;
 
-pub(crate) fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(vehicle_plan_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(vehicle_plan, m)?)?;
-    m.add_function(wrap_pyfunction!(vehicle_grid, m)?)
-}
-
 /// Limits and noise as JSON.
 #[pyfunction]
-fn vehicle_plan_defaults() -> PyResult<(String, String)> {
+pub(crate) fn vehicle_plan_defaults() -> PyResult<(String, String)> {
     let json = |r: serde_json::Result<String>| r.map_err(|e| PyValueError::new_err(e.to_string()));
     Ok((json(serde_json::to_string(&Limits::default()))?, json(serde_json::to_string(&Noise::default()))?))
 }
@@ -40,7 +34,7 @@ fn vehicle_plan_defaults() -> PyResult<(String, String)> {
 #[pyo3(signature = (model, parameters, free, sigmas, noise, limits, room, token=None))]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands over what it made")]
-fn vehicle_plan(
+pub(crate) fn vehicle_plan(
     py: Python<'_>,
     model: &str,
     parameters: HashMap<String, f64>,
@@ -63,7 +57,7 @@ fn vehicle_plan(
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the request: Python names them")]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands over what it made")]
-fn vehicle_grid(
+pub(crate) fn vehicle_grid(
     model: &str,
     parameters: HashMap<String, f64>,
     free: Vec<String>,

@@ -1,38 +1,29 @@
 //! `groma.vision`: images in, corners out.
 
+use crate::border::{self, In1, In2};
 use crate::camera::{invalid, parse};
 use groma_models::{Pattern, Target};
 use groma_vision::{Family, Found, Gray, Guess, Options, VisionError};
 use nalgebra::Vector2;
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-type Floats<'py> = Bound<'py, PyArray1<f64>>;
+type Floats<'py> = border::Array1<f64>;
 
 /// A panel in an image: its place in the target; numbers, pixels (2 a corner) and sigmas of its corners; blur; counts of
 /// tags left out (repeated, illegible, small, at the border, blurred) and of corners that could not be fitted.
 type FoundPanel<'py> = (usize, Vec<u32>, Floats<'py>, Floats<'py>, f64, [usize; 6]);
 
-/// Adds the functions of this file to the module.
-pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(detection_defaults, m)?)?;
-    m.add_function(wrap_pyfunction!(detect_tags, m)?)?;
-    m.add_function(wrap_pyfunction!(find_tag_panels, m)?)?;
-    m.add_function(wrap_pyfunction!(refine_corners, m)?)?;
-    m.add_function(wrap_pyfunction!(tag_drawings, m)?)
-}
-
 /// The default gates as JSON.
 #[pyfunction]
-fn detection_defaults() -> PyResult<String> {
+pub(crate) fn detection_defaults() -> PyResult<String> {
     serde_json::to_string(&Options::default()).map_err(invalid)
 }
 
 /// The grids of tags of a target in an image (height, width).
 #[pyfunction]
-fn find_tag_panels<'py>(
+pub(crate) fn find_tag_panels<'py>(
     py: Python<'py>,
-    image: PyReadonlyArray2<'py, u8>,
+    image: In2<'py, u8>,
     target: &str,
     options: &str,
 ) -> PyResult<Vec<FoundPanel<'py>>> {
@@ -49,8 +40,8 @@ fn to_python<'py>(py: Python<'py>, place: usize, found: &Found) -> FoundPanel<'p
     (
         place,
         found.corners.iter().map(|c| c.id).collect(),
-        PyArray1::from_iter(py, found.corners.iter().flat_map(|c| [c.pixel.x, c.pixel.y])),
-        PyArray1::from_iter(py, found.corners.iter().map(|c| c.sigma)),
+        border::column(py, found.corners.iter().flat_map(|c| [c.pixel.x, c.pixel.y])),
+        border::column(py, found.corners.iter().map(|c| c.sigma)),
         found.blur,
         counts,
     )
@@ -61,7 +52,7 @@ type FoundTag = (u32, u32, f64, [f64; 8]);
 
 /// All tags of a family in an image (height, width), by the detector alone.
 #[pyfunction]
-fn detect_tags(py: Python<'_>, image: PyReadonlyArray2<'_, u8>, family: &str, border: u32) -> PyResult<Vec<FoundTag>> {
+pub(crate) fn detect_tags(py: Python<'_>, image: In2<'_, u8>, family: &str, border: u32) -> PyResult<Vec<FoundTag>> {
     let (pixels, [height, width]) = (image.as_slice()?, shape(&image));
     let family = Family::named(family).map_err(invalid)?;
     let search = || Gray::new(width, height, pixels).and_then(|gray| groma_vision::detect_tags(&gray, family, border));
@@ -73,12 +64,12 @@ fn detect_tags(py: Python<'_>, image: PyReadonlyArray2<'_, u8>, family: &str, bo
 /// Corners fitted near guesses (k, 2), whose edges run along directions (k, 4), with room (k) around: pixels (2 a corner),
 /// sigmas and blurs; NaN where there is none.
 #[pyfunction]
-fn refine_corners<'py>(
+pub(crate) fn refine_corners<'py>(
     py: Python<'py>,
-    image: PyReadonlyArray2<'py, u8>,
-    guesses: PyReadonlyArray2<'py, f64>,
-    directions: PyReadonlyArray2<'py, f64>,
-    room: PyReadonlyArray1<'py, f64>,
+    image: In2<'py, u8>,
+    guesses: In2<'py, f64>,
+    directions: In2<'py, f64>,
+    room: In1<'py, f64>,
 ) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>)> {
     let (pixels, [height, width]) = (image.as_slice()?, shape(&image));
     let gray = Gray::new(width, height, pixels).map_err(|e: VisionError| invalid(e))?;
@@ -94,22 +85,18 @@ fn refine_corners<'py>(
     let each = |value: fn(&groma_vision::Corner) -> f64| found.iter().map(move |c| c.as_ref().map_or(f64::NAN, value));
     let nowhere = [f64::NAN; 2];
     let places = found.iter().flat_map(|c| c.map_or(nowhere, |c| c.pixel.into()));
-    Ok((
-        PyArray1::from_iter(py, places),
-        PyArray1::from_iter(py, each(|c| c.sigma)),
-        PyArray1::from_iter(py, each(|c| c.blur)),
-    ))
+    Ok((border::column(py, places), border::column(py, each(|c| c.sigma)), border::column(py, each(|c| c.blur))))
 }
 
 /// The modules of every tag of a grid, row by row from the top, true where white.
 #[pyfunction]
-fn tag_drawings(pattern: &str) -> PyResult<Vec<Vec<bool>>> {
+pub(crate) fn tag_drawings(pattern: &str) -> PyResult<Vec<Vec<bool>>> {
     match parse::<Pattern>(pattern)? {
         Pattern::TagGrid(grid) => groma_vision::tag_drawings(&grid).map_err(invalid),
         _ => Ok(vec![]),
     }
 }
 
-fn shape(image: &PyReadonlyArray2<'_, u8>) -> [usize; 2] {
+fn shape(image: &In2<'_, u8>) -> [usize; 2] {
     [image.as_array().nrows(), image.as_array().ncols()]
 }

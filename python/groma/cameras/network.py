@@ -13,7 +13,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -31,7 +30,8 @@ from groma.nouns.target import Target
 
 def network_defaults() -> dict[str, object]:
     """Return all settings of `groma cameras map` with their defaults."""
-    return _core.network_defaults()
+    defaults: dict[str, object] = json.loads(_core.network_defaults())
+    return defaults
 
 
 class NetworkMapper:
@@ -115,41 +115,41 @@ class NetworkMapper:
         return _network(arrays, tuple(self._names), dict(self._counts))
 
 
-def _network(arrays: dict[str, Any], names: tuple[str, ...], counts: dict[str, float]) -> NetworkMap:
+def _network(arrays: _core.NetworkArrays, names: tuple[str, ...], counts: dict[str, float]) -> NetworkMap:
     cameras = tuple(_cameras(arrays, names))
     seen = {camera.name for camera in cameras}
-    heads = arrays["views"]
+    heads = arrays.views
     views = Views(
         stops=heads[:, 0],
         cameras=heads[:, 1],
         places=heads[:, 2],
-        nis=arrays["nis"],
-        verdicts=tuple(arrays["verdicts"]),
-        used=arrays["used"],
-        chi_squares=arrays["view_chi"],
+        nis=arrays.nis,
+        verdicts=tuple(arrays.verdicts),
+        used=arrays.used,
+        chi_squares=arrays.view_chi,
     )
     return NetworkMap(
         cameras=cameras,
         unseen=tuple(name for name in names if name not in seen),
-        joint=arrays["joint"],
-        halt_stamps=arrays["halt_stamps"],
-        odometry=arrays["odometry"],
-        stop_halts=arrays["stop_halts"],
-        stops=arrays["stops"],
-        stop_covariances=arrays["stop_covariances"],
-        mount=arrays["mount"][0],
-        mount_covariance=arrays["mount_covariance"][0],
+        joint=arrays.joint,
+        halt_stamps=arrays.halt_stamps,
+        odometry=arrays.odometry,
+        stop_halts=arrays.stop_halts,
+        stops=arrays.stops,
+        stop_covariances=arrays.stop_covariances,
+        mount=arrays.mount[0],
+        mount_covariance=arrays.mount_covariance[0],
         views=views,
-        moved=tuple((names[camera], int(old), int(new)) for camera, old, new in arrays["moved"]),
-        slipped=arrays["slip"],
-        residuals={kind: (chi, n) for kind, (chi, n) in arrays["residuals"]},
-        corner_chi_square=_number(arrays["corner_chi_square"]),
-        height_sigma=arrays["height_sigma"],
-        odometry_error=_number(arrays["odometry_error"]),
-        path_length=arrays["path_length"],
-        steps=arrays["steps"][0],
-        converged=arrays["steps"][1],
-        findings=of_core(arrays["findings"]),
+        moved=tuple((names[camera], int(old), int(new)) for camera, old, new in arrays.moved),
+        slipped=arrays.slip,
+        residuals={kind: (chi, n) for kind, (chi, n) in arrays.residuals},
+        corner_chi_square=_number(arrays.corner_chi_square),
+        height_sigma=arrays.height_sigma,
+        odometry_error=_number(arrays.odometry_error),
+        path_length=arrays.path_length,
+        steps=arrays.steps[0],
+        converged=arrays.steps[1],
+        findings=of_core(arrays.findings),
         counts=counts,
     )
 
@@ -158,19 +158,19 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _cameras(arrays: dict[str, Any], names: tuple[str, ...]) -> list[MappedCamera]:
+def _cameras(arrays: _core.NetworkArrays, names: tuple[str, ...]) -> list[MappedCamera]:
     found = []
-    for k, (camera, since, current, views) in enumerate(arrays["camera_heads"]):
+    for k, (camera, since, current, views) in enumerate(arrays.camera_heads):
         found.append(
             MappedCamera(
                 name=names[camera],
-                pose=arrays["cameras"][k],
-                covariance=arrays["covariances"][k],
-                camera=msgspec.json.decode(arrays["intrinsics"][k], type=Camera),
-                intrinsics_covariance=arrays["intrinsics_covariances"][k],
+                pose=arrays.cameras[k],
+                covariance=arrays.covariances[k],
+                camera=msgspec.json.decode(arrays.intrinsics[k], type=Camera),
+                intrinsics_covariance=arrays.intrinsics_covariances[k],
                 views=int(views),
-                chi_square_per_dof=float(arrays["camera_chi"][k]),
-                since=float(arrays["halt_stamps"][since]),
+                chi_square_per_dof=float(arrays.camera_chi[k]),
+                since=float(arrays.halt_stamps[since]),
                 current=bool(current),
             )
         )
@@ -234,11 +234,11 @@ def place_by_poses(
     except RuntimeError as error:
         raise EstimationError(str(error)) from error
     return Placed(
-        camera=found["camera"][0],
-        mount=found["mount"][0],
-        intrinsics=msgspec.json.decode(found["intrinsics"], type=Camera),
-        rms=found["rms"],
-        covariance=found["covariance"][:12, :12],
-        planar=found["planar"],
-        weak=tuple(found["weak"]),
+        camera=found.camera[0],
+        mount=found.mount[0],
+        intrinsics=msgspec.json.decode(found.intrinsics, type=Camera),
+        rms=found.rms,
+        covariance=found.covariance[:12, :12],
+        planar=found.planar,
+        weak=tuple(found.weak),
     )

@@ -7,6 +7,7 @@ Every method proposes motions; all are refined by one-to-one pairing and least s
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, Unpack
 
@@ -142,7 +143,7 @@ def rigid_fit(a: ArrayLike, b: ArrayLike, least_sigma: float = 0.01) -> Motion |
 
 
 def _motion(
-    transform: tuple[float, float, float],
+    transform: Sequence[float],
     covariance: list[float],
     pairs: NDArray[np.int64],
     rms: float,

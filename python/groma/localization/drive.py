@@ -21,7 +21,6 @@ from groma.localization.localizer import Pose
 from groma.localization.options import LocalizeOptions
 from groma.localization.result import Halt, Localized, Weak
 from groma.mapping.mapper import beams, to_landmarks
-from groma.nouns.arrays import Array
 from groma.nouns.findings import of_core
 from groma.nouns.maps import Chart, landmark_rows
 from groma.nouns.messages import JointState, Odometry
@@ -124,24 +123,31 @@ def _feed(core: _core.Localize, drive: Drive, progress: Progress | None) -> None
             scans += 1
             state = core.state() if progress else None
             if progress and state:
-                progress(scans, state[3]["status"], state[3]["sigma_position"])
+                progress(scans, state[3].status, state[3].sigma_position)
 
 
-def to_localized(found: dict[str, object], chart: Chart) -> Localized:
+def to_localized(found: _core.LocalizedDrive, chart: Chart) -> Localized:
     """Return the core's arrays as a value."""
-    r = dict(found)
-    seen = r.pop("seen")
-    told = cast(list[tuple[str, int]], r.pop("counts"))
-    halts = cast(list[tuple[float, float, Pose, float, float, float]], r.pop("halts"))
-    weak = cast(list[tuple[float, float, tuple[float, float], float, str]], r.pop("weak"))
     return Localized(
         chart=chart,
-        status=np.array(r.pop("status"), dtype=np.str_),
-        way=cast(Array, r.pop("distance")),
-        halts=tuple(Halt(*row) for row in halts),
-        weak=tuple(Weak(*row) for row in weak),
-        seen=to_landmarks(cast(dict[str, object], seen)) if seen else None,
-        counts={name: float(count) for name, count in told},
-        findings=of_core(cast(list[dict[str, object]], r.pop("findings"))),
-        **cast(dict[str, Array], r),  # type: ignore[arg-type]
+        stamps=found.stamps,
+        poses=found.poses,
+        covariances=found.covariances,
+        status=np.array(found.status, dtype=np.str_),
+        observed=found.observed,
+        matched=found.matched,
+        nis=found.nis,
+        dof=found.dof,
+        sigma_position=found.sigma_position,
+        sigma_heading=found.sigma_heading,
+        geometry=found.geometry,
+        way=found.distance,
+        extrapolated=found.extrapolated,
+        corrected=found.corrected,
+        used=found.used,
+        halts=tuple(Halt(*row) for row in found.halts),
+        weak=tuple(Weak(*row) for row in found.weak),
+        seen=None if found.seen is None else to_landmarks(found.seen),
+        counts={name: float(count) for name, count in found.counts},
+        findings=of_core(found.findings),
     )

@@ -22,9 +22,11 @@ from dataclasses import dataclass
 from typing import Literal, Unpack, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from groma import _core
+from groma._core import LocalizerUpdate as Update
+from groma._core import PoseQuality as Quality
 from groma.localization.observations import Observations as Observations
 from groma.localization.observations import beams_of
 from groma.localization.options import LocalizerOptions as LocalizerOptions
@@ -44,32 +46,6 @@ def localizer_defaults() -> LocalizerOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
-    """The quality of the pose: to slow down or stop the vehicle by."""
-
-    status: Status
-    """``tracking``: landmarks or walls constrain the pose; ``coasting``: none does now; ``lost``: it was never known,
-    or evidence says that it is wrong."""
-    observed: int
-    """Observations of the last scan that could be used."""
-    matched: int
-    """Those that were paired with a landmark that constrains the pose."""
-    matched_share: float
-    """Share matched in the last some hundred observations."""
-    nis: float
-    """Sum of squared innovations of the last scan: chi-square with ``dof`` degrees of freedom if all is well."""
-    dof: int
-    sigma_position: float
-    """Standard deviation of the position along its weakest direction [m]."""
-    sigma_heading: float
-    """Standard deviation of the heading [rad]."""
-    geometry: float
-    """Standard deviation along the weakest direction from the last scan alone [m]; infinite below two landmarks."""
-    lost_evidence: float
-    """Logarithm of the likelihood ratio of being lost against being right."""
-
-
-@dataclass(frozen=True, slots=True)
 class State:
     """The vehicle at a time."""
 
@@ -79,35 +55,6 @@ class State:
     """``T_map_base`` as x, y [m], theta [rad]."""
     covariance: Array
     """(3, 3) of the body-frame perturbation ``T * exp(xi)``."""
-    quality: Quality
-
-
-@dataclass(frozen=True, slots=True)
-class Update:
-    """What a scan brought: M pairings."""
-
-    observation: NDArray[np.int64]
-    """(M,) place in the observations."""
-    landmark: NDArray[np.int64]
-    """(M,) place in the map, or a number beyond for a landmark found during the drive."""
-    holds: NDArray[np.bool_]
-    """(M,) whether the landmark constrains the pose; one on trial does not."""
-    innovation: Array
-    """(M, 2) range [m] and bearing [rad], measured less predicted."""
-    covariance: Array
-    """(M, 2, 2) of the innovation."""
-    begun: int
-    """Landmarks begun,"""
-    proven: int
-    """that constrain the pose from now on,"""
-    forgotten: int
-    """and forgotten."""
-    unusable: int
-    """Observations not finite, without range or covariance, or out of range."""
-    cut_short: bool
-    """Whether the joint search met its cap and nearest neighbours were taken."""
-    relocated: float | None
-    """The probability with which the place was found anew, where it was."""
     quality: Quality
 
 
@@ -201,8 +148,7 @@ class Localizer:
         beams = None
         if scan is not None:
             beams = scan.stamp, scan.geometry.time_increment, beams_of(scan), scan.ranges
-        found = self._core.update(o.rows(), o.kind == "reflector", o.descriptor, o.landmark, beams)
-        return Update(**found | {"quality": Quality(**found["quality"])})
+        return self._core.update(o.rows(), o.kind == "reflector", o.descriptor, o.landmark, beams)
 
     def relocate(self, pose: Pose, covariance: ArrayLike) -> None:
         """Put the vehicle elsewhere: its pose was found another way.
@@ -220,7 +166,7 @@ class Localizer:
     def state(self) -> State:
         """Where the vehicle is, at the time of the last motion."""
         stamp, pose, covariance = self._core.state()
-        return State(stamp, pose, covariance, Quality(**self._core.quality()))
+        return State(stamp, pose, covariance, self._core.quality())
 
     @property
     def found(self) -> tuple[int, int]:

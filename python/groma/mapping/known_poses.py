@@ -79,12 +79,12 @@ def survey(
             core.push_scan(scan.stamp, scan.ranges, scan.intensities, beams(scan))
     poses.push_until(np.inf)
     arrays = core.finish()
-    findings = of_core(arrays["findings"])
+    findings = of_core(arrays.findings)
     for finding in findings:
         if finding.code == "no-estimate":
             raise EstimationError(f"{drive.recording.path}: {finding.text}")
-    counts = {"scans_read": arrays["scans"], "keyframes": arrays["keyframes"]}
-    return Surveyed(to_grid(arrays), to_landmarks(arrays), counts, findings)
+    counts = {"scans_read": arrays.scans, "keyframes": arrays.keyframes}
+    return Surveyed(to_grid(arrays.grid), to_landmarks(arrays.landmarks), counts, findings)
 
 
 class _Poses:

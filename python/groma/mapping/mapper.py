@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -27,7 +26,7 @@ STREAMS: dict[str, object] = {"scans": "", "odometry": ""}
 
 def map_defaults() -> dict[str, object]:
     """Return all settings of `groma map` with their defaults."""
-    return {**STREAMS, **_core.map_defaults()}
+    return {**STREAMS, **json.loads(_core.map_defaults())}
 
 
 def map_drive(
@@ -58,7 +57,10 @@ def map_drive(
     EstimationError
         When no scan could be used or the pose graph cannot be solved.
     """
-    options = {**_core.map_defaults(), **{key: value for key, value in settings.items() if key not in STREAMS}}
+    options = {
+        **json.loads(_core.map_defaults()),
+        **{key: value for key, value in settings.items() if key not in STREAMS},
+    }
     wanted = options["lateness"]
     if isinstance(wanted, int | float) and 0 <= wanted < drive.lateness:
         options["lateness"] = drive.lateness
@@ -99,7 +101,7 @@ def _feed(core: _core.Mapper, drive: Drive, progress: Progress | None, token: _c
         core.push_scan(event.stamp, event.ranges, event.intensities, beams(event))
         scans += 1
         if progress and scans % SHOWN_EVERY == 0 and (state := core.state()):
-            progress(scans, state["keyframes"], state["local_maps"], state["closures"])
+            progress(scans, state.keyframes, state.local_maps, state.closures)
 
 
 def beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
@@ -108,64 +110,62 @@ def beams(scan: LaserScan) -> tuple[float, float, float, float, float]:
     return (g.angle_min, g.angle_increment, g.time_increment, g.range_min, g.range_max)
 
 
-def to_result(arrays: dict[str, Any]) -> MapResult:
+def to_result(arrays: _core.MapArrays) -> MapResult:
     """Return the core's arrays as a value."""
-    trajectory = arrays["trajectory"]
-    odometry = arrays["odometry"]
+    trajectory = arrays.trajectory
+    odometry = arrays.odometry
     closures = _closures(arrays)
     return MapResult(
-        graph=_graph(arrays),
-        trajectory_stamps=arrays["trajectory_stamps"],
+        graph=_graph(arrays.graph),
+        trajectory_stamps=arrays.trajectory_stamps,
         trajectory=trajectory,
         odometry=odometry if len(odometry) else np.full_like(trajectory, np.nan),
-        tracked=arrays["tracked"],
+        tracked=arrays.tracked,
         closures=closures,
-        grid=to_grid(arrays),
-        landmarks=to_landmarks(arrays),
-        weak=tuple(
-            WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays["weak"]
-        ),
-        counts=arrays["counts"],
-        findings=of_core(arrays["findings"]),
-        verdict=arrays["verdict"],
+        grid=to_grid(arrays.grid),
+        landmarks=to_landmarks(arrays.landmarks),
+        weak=tuple(WeakSpot(a, b, (x, y), sigma, direction, why) for a, b, x, y, sigma, direction, why in arrays.weak),
+        counts=arrays.counts,
+        findings=of_core(arrays.findings),
+        verdict=arrays.verdict,
     )
 
 
-def to_grid(arrays: dict[str, Any]) -> OccupancyGrid:
+def to_grid(arrays: _core.GridArrays) -> OccupancyGrid:
     """Return the core's grid as a value."""
-    return OccupancyGrid(arrays["grid_resolution"], arrays["grid_origin"], arrays["grid_cells"])
+    return OccupancyGrid(arrays.resolution, arrays.origin, arrays.cells)
 
 
-def to_landmarks(arrays: dict[str, Any]) -> Landmarks:
+def to_landmarks(arrays: _core.LandmarkArrays) -> Landmarks:
     """Return the core's landmarks as a value."""
     return Landmarks(
-        kinds=np.array(arrays["landmark_kinds"], dtype=np.str_),
-        positions=arrays["landmark_positions"],
-        covariances=arrays["landmark_covariances"],
-        orientations=arrays["landmark_orientations"],
-        descriptors=arrays["landmark_descriptors"],
-        seen=arrays["landmark_seen"],
-        visible=arrays["landmark_visible"],
+        kinds=np.array(arrays.kinds, dtype=np.str_),
+        positions=arrays.positions,
+        covariances=arrays.covariances,
+        orientations=arrays.orientations,
+        descriptors=arrays.descriptors,
+        seen=arrays.seen,
+        visible=arrays.visible,
     )
 
 
-def _graph(arrays: dict[str, Any]) -> PoseGraph:
+def _graph(arrays: _core.GraphArrays) -> PoseGraph:
     return PoseGraph(
-        stamps=arrays["stamps"],
-        poses=arrays["poses"],
-        covariances=arrays["covariances"],
-        pairs=arrays["pairs"],
-        measurements=arrays["measurements"],
-        information=arrays["information"],
-        kinds=tuple(arrays["kinds"]),
-        chi_squares=arrays["chi_squares"],
+        stamps=arrays.stamps,
+        poses=arrays.poses,
+        covariances=arrays.covariances,
+        pairs=arrays.pairs,
+        measurements=arrays.measurements,
+        information=arrays.information,
+        kinds=tuple(arrays.kinds),
+        chi_squares=arrays.chi_squares,
     )
 
 
-def _closures(arrays: dict[str, Any]) -> tuple[Closure, ...]:
-    stamps, poses = arrays["stamps"], arrays["poses"]
+def _closures(arrays: _core.MapArrays) -> tuple[Closure, ...]:
+    stamps, poses = arrays.graph.stamps, arrays.graph.poses
     out = []
-    for row, reason in zip(arrays["closures"], arrays["verdicts"], strict=True):
+    for row, reason in zip(arrays.closures, arrays.verdicts, strict=True):
         a, b = int(row[0]), int(row[1])
         out.append(
             Closure(

@@ -38,7 +38,8 @@ class Promotion:
 
 def promotion_defaults() -> dict[str, object]:
     """Return all settings of `groma promote` with their defaults."""
-    return _core.promotion_defaults()
+    defaults: dict[str, object] = json.loads(_core.promotion_defaults())
+    return defaults
 
 
 def promote(static: Landmarks, days: Sequence[Landmarks], settings: Mapping[str, object] | None = None) -> Promotion:
@@ -62,4 +63,4 @@ def promote(static: Landmarks, days: Sequence[Landmarks], settings: Mapping[str,
         found = _core.promote(landmark_rows(static), [landmark_rows(day) for day in days], json.dumps(settings or {}))
     except ValueError as error:
         raise UserError(f"setting of promote: {error}") from error
-    return Promotion(to_landmarks(found), found["promoted"], found["confirmed"], of_core(found["findings"]))
+    return Promotion(to_landmarks(found.landmarks), found.promoted, found.confirmed, of_core(found.findings))

@@ -106,7 +106,8 @@ class Recognition:
 
 def recognition_defaults() -> dict[str, Any]:
     """Return the settings of :func:`recognize` with their defaults, in metres and radians."""
-    return _core.recognition_defaults()
+    defaults: dict[str, Any] = json.loads(_core.recognition_defaults())
+    return defaults
 
 
 def recognize(

@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Literal
+from typing import Literal, cast
 
 from groma import _core
 
@@ -74,14 +74,21 @@ class Finding:
 @cache
 def catalogue() -> Mapping[str, Code]:
     """Return all codes by name, those that decide a verdict first."""
-    return {row[0]: Code(*row) for row in _core.finding_catalogue()}
+    return {
+        name: Code(name, cast(Severity, severity), verdict, meaning, remedy)
+        for name, severity, verdict, meaning, remedy in _core.finding_catalogue()
+    }
 
 
-def of_core(found: Iterable[Mapping[str, Any]]) -> tuple[Finding, ...]:
+Row = tuple[str, str, tuple[float, float] | None, tuple[float, float] | None, list[tuple[str, float, str]]]
+"""A finding of the core: code, text, span, place, and name, number and unit of every value."""
+
+
+def of_core(found: Iterable[Row]) -> tuple[Finding, ...]:
     """Return findings of the core as values."""
     return tuple(
-        Finding(f["code"], f["text"], f["span"], f["place"], {name: (value, unit) for name, value, unit in f["values"]})
-        for f in found
+        Finding(code, text, span, place, {name: (value, unit) for name, value, unit in values})
+        for code, text, span, place, values in found
     )
 
 

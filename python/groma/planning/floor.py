@@ -31,7 +31,8 @@ def foot_and_mount(camera: Sequence[float]) -> tuple[Pose, Mount] | None:
     tuple
         None when it is not above the floor, or looks straight up or down.
     """
-    return _core.foot_of(list(camera))
+    found = _core.foot_of(list(camera))
+    return None if found is None else (found[0], tuple(found[1]))
 
 
 def camera_by_panel(robot: Pose, carried: Sequence[float], seen: NDArray) -> Mount:  # type: ignore[type-arg]
@@ -46,7 +47,7 @@ def camera_by_panel(robot: Pose, carried: Sequence[float], seen: NDArray) -> Mou
     seen
         (4, 4) ``T_camera_panel``.
     """
-    return _core.camera_seeing(robot, list(carried), seen)
+    return tuple(_core.camera_seeing(robot, list(carried), seen))
 
 
 def on_floor(foot: Pose, pose: Pose) -> Pose:

@@ -7,15 +7,18 @@ docs/theory/vehicle_calibration.md.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypedDict, Unpack
+from typing import SupportsFloat, SupportsIndex, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from groma import _core
 from groma.nouns.arrays import Array
+
+Numbers = dict[str, SupportsFloat | SupportsIndex]
+"""Numbers by name, as the core takes them."""
 
 
 class PlanLimits(TypedDict, total=False):
@@ -156,11 +159,11 @@ def thesis_grid(
 
 def _wanted(
     parameters: Mapping[str, float], free: Iterable[str], sigmas: Mapping[str, float]
-) -> tuple[dict[str, float], list[str], dict[str, float]]:
-    return dict(parameters), list(free), dict(sigmas)
+) -> tuple[Numbers, list[str], Numbers]:
+    return {**parameters}, list(free), {**sigmas}
 
 
-def _plan(rows: list[tuple[float, ...]], sigmas: dict[str, float], time: float, bound: float) -> VehiclePlan:
+def _plan(rows: Sequence[tuple[float, ...]], sigmas: dict[str, float], time: float, bound: float) -> VehiclePlan:
     table = np.array(rows, dtype=np.float64).reshape(-1, 8)
     steering, path, speed, turn, base = table[:, :5].T
     return VehiclePlan(steering, path, speed, turn, base, table[:, 5:], sigmas, time, bound)

@@ -169,8 +169,8 @@ def simulate_network(scene: NetworkScene) -> SimulatedNetwork:
         arrays = _core.simulate_network(msgspec.json.encode(scene).decode())
     except ValueError as error:
         raise UserError(f"scene: {error}") from error
-    ends = np.cumsum(arrays["heads"][:, 3])
-    rows = zip(arrays["heads"], arrays["stamps"], ends, strict=True)
+    ends = np.cumsum(arrays.heads[:, 3])
+    rows = zip(arrays.heads, arrays.stamps, ends, strict=True)
     detections = tuple(
         (
             int(stop),
@@ -178,8 +178,8 @@ def simulate_network(scene: NetworkScene) -> SimulatedNetwork:
                 stamp=float(stamp),
                 camera=scene.cameras[camera].name,
                 panel=scene.target.panels[panel].name,
-                corners=arrays["ids"][end - count : end],
-                pixels=arrays["pixels"][end - count : end],
+                corners=arrays.ids[end - count : end],
+                pixels=arrays.pixels[end - count : end],
                 sigma=np.full(count, max(scene.noise.corner, 0.01)),
             ),
         )
@@ -187,11 +187,11 @@ def simulate_network(scene: NetworkScene) -> SimulatedNetwork:
     )
     return SimulatedNetwork(
         scene=scene,
-        odometry=arrays["odometry"],
-        stop_times=arrays["stop_times"],
-        stops=arrays["stops"],
-        cameras=arrays["cameras"],
-        lenses=tuple(msgspec.json.decode(lens, type=Camera) for lens in arrays["lenses"]),
-        mount=arrays["mount"][0],
+        odometry=arrays.odometry,
+        stop_times=arrays.stop_times,
+        stops=arrays.stops,
+        cameras=arrays.cameras,
+        lenses=tuple(msgspec.json.decode(lens, type=Camera) for lens in arrays.lenses),
+        mount=arrays.mount[0],
         detections=detections,
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Literal, TypedDict, Unpack, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -266,21 +266,29 @@ def calibrate(
     )
 
 
-def to_calibration(found: dict[str, Any]) -> VehicleCalibration:
+def to_calibration(found: _core.VehicleEstimate) -> VehicleCalibration:
     """Return an estimate of the core as a value."""
-    tests = tuple(FitTest(name, value, dof, p, _words(name, p)) for name, value, dof, p in found.pop("tests"))
-    weak = tuple(WeakDirection(np.array(direction), words) for direction, words in found.pop("weak"))
-    held_out = found.pop("held_out")
     return VehicleCalibration(
-        **found
-        | {
-            "names": tuple(found["names"]),
-            "notes": tuple(found["notes"]),
-            "observed": np.array(found["observed"], bool),
-        },
-        tests=tests,
-        weak=weak,
-        held_out=None if held_out is None else HeldOut(*held_out),
+        model=cast(Model, found.model),
+        names=tuple(found.names),
+        values=found.values,
+        sigmas=found.sigmas,
+        correlation=found.correlation,
+        covariance=found.covariance,
+        fixed=found.fixed,
+        chi_square=found.chi_square,
+        dof=found.dof,
+        interval_dof=found.interval_dof,
+        noise_scale=found.noise_scale,
+        correlated=found.correlated,
+        converged=found.converged,
+        observed=np.array(found.observed, bool),
+        residuals=found.residuals,
+        weights=found.weights,
+        tests=tuple(FitTest(name, value, dof, p, _words(name, p)) for name, value, dof, p in found.tests),
+        weak=tuple(WeakDirection(np.array(direction), words) for direction, words in found.weak),
+        held_out=None if found.held_out is None else HeldOut(*found.held_out),
+        notes=tuple(found.notes),
     )
 
 

@@ -6,10 +6,10 @@ All of it comes from the pipeline of the core (crate ``pipeline``, :mod:`groma.v
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal, cast
 
+from groma import _core
 from groma.nouns.arrays import Array
 from groma.recordings.wheels import WheelChoice, Wheels
 from groma.vehicle.calibration import OdometryLog, SensorMotions
@@ -40,13 +40,13 @@ class VehicleData:
     """Motions used, and those left out by reason."""
 
 
-def to_data(found: Mapping[str, Any], choice: WheelChoice, source: str, steered: bool) -> VehicleData:
+def to_data(found: _core.CalibrationData, choice: WheelChoice, source: str, steered: bool) -> VehicleData:
     """Return what the core says a calibration was made of.
 
     Parameters
     ----------
     found
-        Arrays by name.
+        From the core.
     choice
         The wheels of the recording.
     source
@@ -54,10 +54,10 @@ def to_data(found: Mapping[str, Any], choice: WheelChoice, source: str, steered:
     steered
         Whether the second reading is a steering angle.
     """
-    wheels = Wheels(found["time"], found["readings"], choice.joints, choice.unit, found["breaks"], choice.findings)
+    wheels = Wheels(found.time, found.readings, choice.joints, choice.unit, found.breaks, choice.findings)
     steering = wheels.readings[:, 1] if steered else None
     log = OdometryLog(wheels.time, wheels.readings[:, : 1 if steered else 2], steering)
-    motions = SensorMotions(found["start"], found["end"], found["motion"], found["covariance"], found["coupling"])
-    counts = Counter(f"motions: {reason}" for reason, *_ in found["left_out"])
+    motions = SensorMotions(found.start, found.end, found.motion, found.covariance, found.coupling)
+    counts = Counter(f"motions: {reason}" for reason, *_ in found.left_out)
     counts["motions used"] = len(motions.start)
-    return VehicleData(log, motions, wheels, Segments(found["kind"], found["stations"]), source, counts)
+    return VehicleData(log, motions, wheels, Segments(cast(Kind, found.kind), found.stations), source, counts)
