@@ -4,7 +4,7 @@ from numpy import bool_, float32, float64, int64, int8, uint8
 from numpy.typing import NDArray
 from typing import Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "CalibrateVehicle", "CalibrationArrays", "CalibrationData", "CalibrationOutcome", "CameraArrays", "ExplorerState", "GlarotIndex", "GlarotSignature", "GraphArrays", "GridArrays", "KnownPosesMap", "LandmarkArrays", "Localize", "LocalizedDrive", "Localizer", "LocalizerUpdate", "MapArrays", "MapAtPoses", "MapState", "Mapper", "NetworkArrays", "NetworkRenderer", "NetworkSurvey", "Observer", "PlacedCamera", "PoseQuality", "PromotedMap", "Recognizer", "Relocalizer", "SimulatedArrays", "SimulatedNetworkArrays", "Standstill", "Token", "VehicleEstimate", "appearance_defaults", "associate", "between", "bounds", "bsc_describe", "calibrate_camera", "calibration_scenario", "camera_calibration_defaults", "camera_lenses", "camera_mount", "camera_panel_pose", "camera_plan", "camera_plan_defaults", "camera_project", "camera_ranking", "camera_seeing", "camera_study", "camera_trials", "camera_unproject", "cgh_describe", "check_vehicle", "composed", "dead_reckoning", "detect_tags", "detection_defaults", "driving_factor", "exploration_check", "exploration_defaults", "exploration_run", "exploration_scene", "exploration_try", "falko_detect", "feature_defaults", "find_tag_panels", "finding_catalogue", "finding_verdict", "foot_of", "interval_factor", "localization_defaults", "localize_defaults", "map_defaults", "motions_between_poses", "network_defaults", "network_scene", "network_scenes", "oc_detect", "odometry_jumps", "pattern_corners", "place_by_poses", "planar_sigmas", "points_seen", "pose_graph_defaults", "pose_graph_marginals", "pose_graph_optimize", "pose_sigmas", "projection_sigmas", "promote", "promotion_defaults", "read_odometry_as_wheels", "read_wheels", "recognition_defaults", "refine_corners", "reflector_detect", "render_target", "rigid_fit", "simulate_calibration", "simulate_network", "simulate_scenario", "simulation_scenario", "simulation_scenes", "stamp_disorder", "steps_back", "tag_drawings", "target_check", "vehicle_calibrate", "vehicle_calibration_defaults", "vehicle_closed_form", "vehicle_grid", "vehicle_handedness", "vehicle_plan", "vehicle_plan_defaults", "wheel_motion", "wheel_noise_defaults"]
+__all__ = ["__version__", "CalibrateVehicle", "CalibrationArrays", "CalibrationData", "CalibrationOutcome", "CameraArrays", "CornerDetector", "ExplorerState", "GlarotIndex", "GlarotSignature", "GraphArrays", "GridArrays", "Keypoints", "KnownPosesMap", "LandmarkArrays", "Localize", "LocalizedDrive", "Localizer", "LocalizerUpdate", "MapArrays", "MapAtPoses", "MapState", "Mapper", "NetworkArrays", "NetworkRenderer", "NetworkSurvey", "Observer", "PlacedCamera", "PoseQuality", "PromotedMap", "Recognizer", "Relocalizer", "SimulatedArrays", "SimulatedNetworkArrays", "Standstill", "Token", "VehicleEstimate", "appearance_defaults", "associate", "between", "bounds", "bsc_describe", "calibrate_camera", "calibration_scenario", "camera_calibration_defaults", "camera_lenses", "camera_mount", "camera_panel_pose", "camera_plan", "camera_plan_defaults", "camera_project", "camera_ranking", "camera_seeing", "camera_study", "camera_trials", "camera_unproject", "cgh_describe", "check_vehicle", "composed", "dead_reckoning", "detect_tags", "detection_defaults", "driving_factor", "exploration_check", "exploration_defaults", "exploration_run", "exploration_scene", "exploration_try", "feature_defaults", "find_tag_panels", "finding_catalogue", "finding_verdict", "foot_of", "interval_factor", "localization_defaults", "localize_defaults", "map_defaults", "motions_between_poses", "network_defaults", "network_scene", "network_scenes", "odometry_jumps", "pattern_corners", "place_by_poses", "planar_sigmas", "points_seen", "pose_graph_defaults", "pose_graph_marginals", "pose_graph_optimize", "pose_sigmas", "projection_sigmas", "promote", "promotion_defaults", "read_odometry_as_wheels", "read_wheels", "recognition_defaults", "refine_corners", "reflector_detect", "render_target", "rigid_fit", "simulate_calibration", "simulate_network", "simulate_scenario", "simulation_scenario", "simulation_scenes", "stamp_disorder", "steps_back", "tag_drawings", "target_check", "vehicle_calibrate", "vehicle_calibration_defaults", "vehicle_closed_form", "vehicle_grid", "vehicle_handedness", "vehicle_plan", "vehicle_plan_defaults", "wheel_motion", "wheel_noise_defaults"]
 
 __version__: Final[str]
 """
@@ -27,7 +27,7 @@ class CalibrateVehicle:
         """
     def push_odometry(self, /, stamp: SupportsFloat | SupportsIndex, x: SupportsFloat | SupportsIndex, y: SupportsFloat | SupportsIndex, theta: SupportsFloat | SupportsIndex) -> None:
         """
-        Odometry of the vehicle that stands for its wheels.
+        Odometry of the vehicle that represents its wheels.
         """
     def push_pose(self, /, stamp: SupportsFloat | SupportsIndex, x: SupportsFloat | SupportsIndex, y: SupportsFloat | SupportsIndex, theta: SupportsFloat | SupportsIndex) -> None:
         """
@@ -47,7 +47,7 @@ class CalibrateVehicle:
         """
     def state(self, /) -> tuple[int, int, int, bool]:
         """
-        Readings of the wheels, sights of the sensor, scans kept, whether the wheels stand.
+        Readings of the wheels, observations of the sensor, scans kept, whether the wheels stand.
         """
 
 @final
@@ -188,6 +188,24 @@ class CameraArrays:
     def z_rms(self, /) -> list[float]: ...
 
 @final
+class CornerDetector:
+    """
+    Finds the corners of the scans of one scanner; keeps its tables from one scan to the next.
+    """
+    def __new__(cls, /, name: str, beams: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], options: str) -> CornerDetector:
+        """
+        `name` is `falko` or `oc`, `beams` `(angle_min, angle_increment, range_min, range_max)`, `options` JSON.
+        """
+    def detect(self, /, ranges: NDArray[float64]) -> Keypoints:
+        """
+        The corners of a scan.
+        """
+    def detect_all(self, /, scans: SupportsGetItem[int, NDArray[float64]]) -> list[Keypoints]:
+        """
+        The corners of many scans, over all processors, with the GIL released.
+        """
+
+@final
 class ExplorerState:
     """
     A robot that explores.
@@ -262,6 +280,40 @@ class GridArrays:
     def resolution(self, /) -> float: ...
 
 @final
+class Keypoints:
+    """
+    The K keypoints of one scan, in beam order, in the laser frame.
+    """
+    def __len__(self, /) -> int: ...
+    @property
+    def count(self, /) -> int: ...
+    @property
+    def covariance(self, /) -> NDArray[float64]:
+        """
+        (K, 2, 2) covariance of the position [m^2].
+        """
+    @property
+    def index(self, /) -> NDArray[int64]:
+        """
+        (K,) beam that hit the corner.
+        """
+    @property
+    def orientation(self, /) -> NDArray[float64]:
+        """
+        (K,) direction into which the corner opens, in (-pi, pi] [rad].
+        """
+    @property
+    def point(self, /) -> NDArray[float64]:
+        """
+        (K, 2) position [m].
+        """
+    @property
+    def radius(self, /) -> NDArray[float64]:
+        """
+        (K,) radius of the neighbourhood in which the corner was judged [m].
+        """
+
+@final
 class KnownPosesMap:
     """
     A map at known poses.
@@ -316,7 +368,7 @@ class Localize:
         """
     def push_scan(self, /, stamp: SupportsFloat | SupportsIndex, ranges: NDArray[float64], intensities: NDArray[float64], beams: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]) -> list[tuple[int, bool]]:
         """
-        The fixes that are new or were set right.
+        The fixes that are new or were corrected.
         """
     def push_start(self, /, stamp: SupportsFloat | SupportsIndex, pose: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], covariance: NDArray[float64]) -> list[tuple[int, bool]]: ...
     def push_wheels(self, /, stamp: SupportsFloat | SupportsIndex, positions: SupportsGetItem[int, tuple[SupportsIndex, SupportsFloat | SupportsIndex]]) -> list[tuple[int, bool]]:
@@ -395,7 +447,7 @@ class Localizer:
         """
     def found(self, /) -> tuple[int, int]:
         """
-        Landmarks found on the way that hold the pose, and those on trial.
+        Landmarks found during the drive that constrain the pose, and those on trial.
         """
     def predict(self, /, stamp: SupportsFloat | SupportsIndex, motion: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], covariance: NDArray[float64], by_drive: NDArray[float64] | None) -> None:
         """
@@ -453,7 +505,7 @@ class LocalizerUpdate:
     @property
     def landmark(self, /) -> NDArray[int64]:
         """
-        (M,) index of the landmark in the map, or a number beyond for one found on the way.
+        (M,) index of the landmark in the map, or a number beyond for one found during the drive.
         """
     @property
     def observation(self, /) -> NDArray[int64]:
@@ -575,7 +627,7 @@ class Mapper:
         """
     def push_odometry(self, /, stamp: SupportsFloat | SupportsIndex, x: SupportsFloat | SupportsIndex, y: SupportsFloat | SupportsIndex, theta: SupportsFloat | SupportsIndex) -> None:
         """
-        Odometry; of a vehicle, that which stands for its wheels.
+        Odometry; of a vehicle, that which represents its wheels.
         """
     def push_scan(self, /, stamp: SupportsFloat | SupportsIndex, ranges: NDArray[float64], intensities: NDArray[float64], beams: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]) -> None:
         """
@@ -948,7 +1000,7 @@ class Standstill:
 @final
 class Token:
     """
-    Cancels long work, and tells how far it is.
+    Cancels long work, and reports its progress.
     """
     def __new__(cls, /) -> Token: ...
     def cancel(self, /) -> None:
@@ -1096,7 +1148,7 @@ def camera_project(camera: str, points: NDArray[float64]) -> NDArray[float64]:
 
 def camera_ranking(stage: str, distance: SupportsFloat | SupportsIndex, noise: str) -> str:
     """
-    The drives that people use, best first.
+    Common trajectories, best first.
     """
 
 def camera_seeing(robot: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], carried: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], seen: NDArray[float64]) -> list[float]:
@@ -1111,7 +1163,7 @@ def camera_study(sitting: str, tries: str, token: Token | None = None) -> str:
 
 def camera_trials(stage: str, motion: str, distance: SupportsFloat | SupportsIndex, tries: str, token: Token | None = None) -> str:
     """
-    A drive that people use, tried out.
+    A common trajectory, tried out.
     """
 
 def camera_unproject(camera: str, pixels: NDArray[float64]) -> NDArray[float64]:
@@ -1181,11 +1233,6 @@ def exploration_try(graph: str, walk: SupportsGetItem[int, SupportsIndex], noise
     called with the drives that are done and their number.
     """
 
-def falko_detect(ranges: NDArray[float64], counts: SupportsGetItem[int, SupportsIndex], beams: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], options: str) -> tuple[NDArray[int64], NDArray[int64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64]]:
-    """
-    Keypoints of scans laid end to end, `counts` beams each.
-    """
-
 def feature_defaults() -> list[str]:
     """
     The default options of `falko`, `glarot` and `association` as JSON.
@@ -1249,11 +1296,6 @@ def network_scene(name: str, seed: SupportsIndex) -> str:
 def network_scenes() -> list[str]:
     """
     Names of the simulated networks.
-    """
-
-def oc_detect(ranges: NDArray[float64], counts: SupportsGetItem[int, SupportsIndex], beams: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], options: str) -> tuple[NDArray[int64], NDArray[int64], NDArray[float64], NDArray[float64], NDArray[float64], NDArray[float64]]:
-    """
-    The same with the detector of orthogonal corners.
     """
 
 def odometry_jumps(before: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], after: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]) -> bool:

@@ -1,6 +1,6 @@
 //! `groma.features`: keypoints of scans, their descriptors, signatures of local maps, association.
 
-use crate::border::{self, In1, In2};
+use crate::border::{self, In1, In2, Out};
 use crate::gate;
 use groma_features::association::{self, Hypothesis};
 use groma_features::bsc::Bsc;
@@ -9,49 +9,129 @@ use groma_features::reflector::{self, Reflector};
 use groma_features::{Keypoint, Surroundings, falko, glarot, oc, rigid_fit};
 use groma_models::{BeamGeometry, LaserScan};
 use nalgebra::{Matrix2, Matrix3, Vector2};
-use numpy::ndarray::ArrayView1;
+use numpy::ndarray::{Array2, Array3, ArrayView1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 type Floats<'py> = border::Array1<f64>;
 type Indices<'py> = border::Array1<i64>;
 
-/// What the detector finds, flat: keypoints per scan, index, point (2 a keypoint), orientation, radius, covariance (4).
-type Detected<'py> = (Indices<'py>, Indices<'py>, Floats<'py>, Floats<'py>, Floats<'py>, Floats<'py>);
-
 /// angle_min, angle_increment, range_min, range_max.
 type Beams = (f64, f64, f64, f64);
 
-/// Keypoints of scans laid end to end, `counts` beams each.
-#[pyfunction]
-pub(crate) fn falko_detect<'py>(
-    py: Python<'py>,
-    ranges: In1<'py, f64>,
-    counts: Vec<usize>,
-    beams: Beams,
-    options: &str,
-) -> PyResult<Detected<'py>> {
-    let options: falko::Options = parse(options)?;
-    options.validate().map_err(invalid)?;
-    let scans = split(ranges.as_slice()?, &counts)?;
-    let geometry = geometry(beams)?;
-    Ok(flatten(py, &py.detach(|| falko::detect_all(geometry, &scans, options))))
+/// The K keypoints of one scan, in beam order, in the laser frame.
+#[pyclass(frozen, get_all)]
+pub(crate) struct Keypoints {
+    /// (K,) beam that hit the corner.
+    index: border::Array1<i64>,
+    /// (K, 2) position [m].
+    point: border::Array2<f64>,
+    /// (K,) direction into which the corner opens, in (-pi, pi] [rad].
+    orientation: border::Array1<f64>,
+    /// (K,) radius of the neighbourhood in which the corner was judged [m].
+    radius: border::Array1<f64>,
+    /// (K, 2, 2) covariance of the position [m^2].
+    covariance: border::Array3<f64>,
+    count: usize,
 }
 
-/// The same with the detector of orthogonal corners.
-#[pyfunction]
-pub(crate) fn oc_detect<'py>(
-    py: Python<'py>,
-    ranges: In1<'py, f64>,
-    counts: Vec<usize>,
-    beams: Beams,
-    options: &str,
-) -> PyResult<Detected<'py>> {
-    let options: oc::Options = parse(options)?;
-    options.validate().map_err(invalid)?;
-    let scans = split(ranges.as_slice()?, &counts)?;
-    let geometry = geometry(beams)?;
-    Ok(flatten(py, &py.detach(|| oc::detect_all(geometry, &scans, options))))
+#[pymethods]
+impl Keypoints {
+    fn __len__(&self) -> usize {
+        self.count
+    }
+}
+
+impl Keypoints {
+    fn of(py: Python<'_>, all: &[Keypoint]) -> Self {
+        Self {
+            index: border::column(py, all.iter().map(|k| k.index as i64)),
+            point: Array2::from_shape_fn((all.len(), 2), |(k, c)| all[k].point[c]).out(py),
+            orientation: border::column(py, all.iter().map(|k| k.orientation)),
+            radius: border::column(py, all.iter().map(|k| k.radius)),
+            covariance: Array3::from_shape_fn((all.len(), 2, 2), |(k, i, j)| all[k].covariance[(i, j)]).out(py),
+            count: all.len(),
+        }
+    }
+}
+
+/// A detector with its options.
+#[derive(Clone, Copy)]
+enum Kind {
+    Falko(falko::Options),
+    Oc(oc::Options),
+}
+
+/// The tables of a detector for scans of some number of beams.
+enum Tables {
+    Falko(falko::Detector),
+    Oc(oc::Detector),
+}
+
+/// Finds the corners of the scans of one scanner; keeps its tables from one scan to the next.
+#[pyclass(frozen)]
+pub(crate) struct CornerDetector {
+    kind: Kind,
+    geometry: BeamGeometry,
+    /// Beams of the last scan, and the tables for them.
+    kept: Mutex<Option<(usize, Tables)>>,
+}
+
+#[pymethods]
+impl CornerDetector {
+    /// `name` is `falko` or `oc`, `beams` `(angle_min, angle_increment, range_min, range_max)`, `options` JSON.
+    #[new]
+    fn new(name: &str, beams: Beams, options: &str) -> PyResult<Self> {
+        let kind = match name {
+            "falko" => {
+                let options: falko::Options = parse(options)?;
+                options.validate().map_err(invalid)?;
+                Kind::Falko(options)
+            }
+            "oc" => {
+                let options: oc::Options = parse(options)?;
+                options.validate().map_err(invalid)?;
+                Kind::Oc(options)
+            }
+            _ => return Err(invalid(format!("detector {name}: it is falko or oc"))),
+        };
+        Ok(Self { kind, geometry: geometry(beams)?, kept: Mutex::new(None) })
+    }
+
+    /// The corners of a scan.
+    fn detect(&self, py: Python<'_>, ranges: In1<'_, f64>) -> PyResult<Keypoints> {
+        let (ranges, mut found) = (ranges.as_slice()?, Vec::new());
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let (_, tables) = match kept.take() {
+            Some((beams, tables)) if beams == ranges.len() => kept.insert((beams, tables)),
+            _ => kept.insert((ranges.len(), self.tables(ranges.len()))),
+        };
+        match tables {
+            Tables::Falko(detector) => detector.detect(ranges, &mut found),
+            Tables::Oc(detector) => detector.detect(ranges, &mut found),
+        }
+        Ok(Keypoints::of(py, &found))
+    }
+
+    /// The corners of many scans, over all processors, with the GIL released.
+    fn detect_all(&self, py: Python<'_>, scans: Vec<In1<'_, f64>>) -> PyResult<Vec<Keypoints>> {
+        let scans = scans.iter().map(|scan| Ok(scan.as_slice()?)).collect::<PyResult<Vec<_>>>()?;
+        let found = py.detach(|| match self.kind {
+            Kind::Falko(options) => falko::detect_all(self.geometry, &scans, options),
+            Kind::Oc(options) => oc::detect_all(self.geometry, &scans, options),
+        });
+        Ok(found.iter().map(|all| Keypoints::of(py, all)).collect())
+    }
+}
+
+impl CornerDetector {
+    fn tables(&self, beams: usize) -> Tables {
+        match self.kind {
+            Kind::Falko(options) => Tables::Falko(falko::Detector::new(self.geometry, beams, options)),
+            Kind::Oc(options) => Tables::Oc(oc::Detector::new(self.geometry, beams, options)),
+        }
+    }
 }
 
 /// Reflectors of scans laid end to end, `counts` beams each: how many a scan, beam indices, and rows of x, y, covariance
@@ -233,18 +313,6 @@ fn split<'a>(mut values: &'a [f64], counts: &[usize]) -> PyResult<Vec<&'a [f64]>
         values = rest;
     }
     Ok(scans)
-}
-
-fn flatten<'py>(py: Python<'py>, scans: &[Vec<Keypoint>]) -> Detected<'py> {
-    let all = || scans.iter().flatten();
-    (
-        border::column(py, scans.iter().map(|s| s.len() as i64)),
-        border::column(py, all().map(|k| k.index as i64)),
-        border::column(py, all().flat_map(|k| [k.point.x, k.point.y])),
-        border::column(py, all().map(|k| k.orientation)),
-        border::column(py, all().map(|k| k.radius)),
-        border::column(py, all().flat_map(|k| k.covariance.iter().copied().collect::<Vec<_>>())),
-    )
 }
 
 fn to_points(rows: &In2<'_, f64>) -> Vec<Vector2<f64>> {

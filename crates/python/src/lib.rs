@@ -51,8 +51,8 @@ mod _core {
     };
     #[pymodule_export]
     use super::features::{
-        GlarotIndex, GlarotSignature, associate, bsc_describe, cgh_describe, falko_detect, feature_defaults, fit_rigid,
-        oc_detect, reflector_detect,
+        CornerDetector, GlarotIndex, GlarotSignature, Keypoints, associate, bsc_describe, cgh_describe,
+        feature_defaults, fit_rigid, reflector_detect,
     };
     #[pymodule_export]
     use super::findings::{finding_catalogue, finding_verdict};

@@ -9,14 +9,15 @@ Keypoints and points are in the laser frame, metres and radians. Settings are gi
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from groma import _core
+from groma._core import Keypoints as Keypoints
 from groma.features.association import Motion as Motion
 from groma.features.association import associate as associate
 from groma.features.association import rigid_fit as rigid_fit
@@ -25,35 +26,11 @@ from groma.features.options import AssociationOptions, FalkoOptions, GlarotOptio
 from groma.nouns.arrays import Array
 from groma.nouns.messages import BeamGeometry
 
-_Detect = Callable[
-    [Array, list[int], tuple[float, float, float, float], str],
-    tuple[NDArray[np.int64], NDArray[np.int64], Array, Array, Array, Array],
-]
-
 
 def defaults() -> tuple[FalkoOptions, GlarotOptions, AssociationOptions]:
     """Return the default settings of :func:`falko`, :class:`Signature` and :func:`associate`."""
     falko, glarot, association = (json.loads(text) for text in _core.feature_defaults())
     return falko, glarot, association
-
-
-@dataclass(frozen=True, slots=True)
-class Keypoints:
-    """The K keypoints of one scan, in beam order, in the laser frame."""
-
-    index: NDArray[np.int64]
-    """(K,) beam that hit the corner."""
-    point: Array
-    """(K, 2) position [m]."""
-    orientation: Array
-    """(K,) direction into which the corner opens, in (-pi, pi] [rad]."""
-    radius: Array
-    """(K,) radius of the neighbourhood in which the corner was judged [m]."""
-    covariance: Array
-    """(K, 2, 2) of the position [m^2]."""
-
-    def __len__(self) -> int:
-        return len(self.index)
 
 
 def falko(ranges: ArrayLike, geometry: BeamGeometry, **options: Unpack[FalkoOptions]) -> Keypoints:
@@ -84,7 +61,7 @@ def falko(ranges: ArrayLike, geometry: BeamGeometry, **options: Unpack[FalkoOpti
     >>> np.round(corners.point, 1).tolist()
     [[3.0, 2.0], [-3.0, 2.0], [-3.0, -2.0], [3.0, -2.0]]
     """
-    return falko_batch([ranges], geometry, **options)[0]
+    return _detector("falko", geometry, **options).detect(_vector("a scan", ranges))
 
 
 def falko_batch(
@@ -119,7 +96,7 @@ def falko_batch(
     >>> [len(corners) for corners in falko_batch([ranges, np.full(720, np.nan)], geometry)]
     [4, 0]
     """
-    return _detect(_core.falko_detect, scans, geometry, json.dumps(options))
+    return _detector("falko", geometry, **options).detect_all(_vectors(scans))
 
 
 def oc(ranges: ArrayLike, geometry: BeamGeometry, **options: Unpack[OcOptions]) -> Keypoints:
@@ -147,27 +124,24 @@ def oc(ranges: ArrayLike, geometry: BeamGeometry, **options: Unpack[OcOptions]) 
     >>> np.round(oc(ranges, geometry).point, 2).tolist()
     [[3.0, 2.0], [-3.0, 2.0], [-3.0, -2.0], [3.0, -2.0]]
     """
-    return oc_batch([ranges], geometry, **options)[0]
+    return _detector("oc", geometry, **options).detect(_vector("a scan", ranges))
 
 
 def oc_batch(
     scans: ArrayLike | Sequence[ArrayLike], geometry: BeamGeometry, **options: Unpack[OcOptions]
 ) -> list[Keypoints]:
     """Find the orthogonal corners of many scans, as :func:`falko_batch` does those of any angle."""
-    return _detect(_core.oc_detect, scans, geometry, json.dumps(options))
+    return _detector("oc", geometry, **options).detect_all(_vectors(scans))
 
 
-def _detect(
-    detect: _Detect, scans: ArrayLike | Sequence[ArrayLike], geometry: BeamGeometry, options: str
-) -> list[Keypoints]:
-    arrays = [_vector("a scan", scan) for scan in scans]  # type: ignore[union-attr]
-    flat = np.concatenate(arrays) if arrays else np.empty(0)
-    counts = [len(array) for array in arrays]
-    found, index, point, *rest = detect(flat, counts, _beams(geometry), options)
-    orientation, radius, covariance = rest
-    cuts = np.cumsum(found)[:-1]
-    columns = (index, point.reshape(-1, 2), orientation, radius, covariance.reshape(-1, 2, 2))
-    return [Keypoints(*parts) for parts in zip(*(np.split(c, cuts) for c in columns), strict=True)] if arrays else []
+@lru_cache(maxsize=64)
+def _detector(name: str, geometry: BeamGeometry, **options: object) -> _core.CornerDetector:
+    """Return the detector of a scanner, which keeps its tables between scans."""
+    return _core.CornerDetector(name, _beams(geometry), json.dumps(options))
+
+
+def _vectors(scans: ArrayLike | Sequence[ArrayLike]) -> list[Array]:
+    return [_vector("a scan", scan) for scan in scans]  # type: ignore[union-attr]
 
 
 def bsc(
