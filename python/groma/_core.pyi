@@ -804,6 +804,8 @@ class PoseQuality:
     """
     How good a pose is: to slow down or stop the vehicle by.
     """
+    def __eq__(self, value: object, /) -> bool: ...
+    def __ne__(self, value: object, /) -> bool: ...
     @property
     def dof(self, /) -> int:
         """

@@ -25,7 +25,7 @@ pub(crate) fn driving_factor(half_width: f64, tolerance: f64) -> f64 {
 }
 
 /// Calibrates a vehicle from its messages; `axle` is that of wheels made from odometry [m].
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct CalibrateVehicle {
     core: calibrate::CalibrateVehicle,
     made: VirtualWheels,
@@ -117,7 +117,7 @@ impl CalibrateVehicle {
 type Rows = border::Array2<f64>;
 
 /// What a calibration was made of: wheel readings, how the drive was cut, motions of the laser.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct CalibrationData {
     time: border::Array1<f64>,
     readings: border::Array2<f64>,
@@ -134,7 +134,7 @@ pub(crate) struct CalibrationData {
 }
 
 /// A calibration with what it was made of.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 pub(crate) struct CalibrationOutcome(Outcome);
 
 #[pymethods]

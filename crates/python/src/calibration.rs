@@ -132,7 +132,7 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
 }
 
 /// A calibrated vehicle.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct VehicleEstimate {
     model: &'static str,
     names: Vec<String>,

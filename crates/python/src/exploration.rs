@@ -89,7 +89,7 @@ pub(crate) fn exploration_try(
 }
 
 /// A robot that explores.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct ExplorerState(Explorer);
 
 #[pymethods]

@@ -21,7 +21,7 @@ type Indices<'py> = border::Array1<i64>;
 type Beams = (f64, f64, f64, f64);
 
 /// The K keypoints of one scan, in beam order, in the laser frame.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct Keypoints {
     /// (K,) beam that hit the corner.
     index: border::Array1<i64>,
@@ -70,7 +70,7 @@ enum Tables {
 }
 
 /// Finds the corners of the scans of one scanner; keeps its tables from one scan to the next.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 pub(crate) struct CornerDetector {
     kind: Kind,
     geometry: BeamGeometry,
@@ -191,7 +191,7 @@ pub(crate) fn cgh_describe<'py>(
 }
 
 /// The signature of a set of landmarks.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 pub(crate) struct GlarotSignature(glarot::Signature);
 
 #[pymethods]
@@ -216,7 +216,7 @@ impl GlarotSignature {
 }
 
 /// Signatures, searched exactly.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct GlarotIndex(glarot::Index);
 
 #[pymethods]

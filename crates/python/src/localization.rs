@@ -48,7 +48,7 @@ pub(crate) fn wheel_motion<'py>(
 }
 
 /// A map that places are looked for on.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 pub(crate) struct Relocalizer(Arc<CoreRelocalizer>);
 
 #[pymethods]
@@ -108,7 +108,7 @@ pub(crate) type Table<'py> = In2<'py, f64>;
 type Scan<'py> = ((f64, f64, f64, f64), In1<'py, f64>);
 
 /// A vehicle on a map.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct Localizer(Core);
 
 #[pymethods]
@@ -282,7 +282,7 @@ fn to_observations(
 }
 
 /// What a scan changed: M pairings of observations with landmarks.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct LocalizerUpdate {
     /// (M,) index of the observation.
     observation: border::Array1<i64>,
@@ -337,7 +337,8 @@ pub(crate) fn status(status: Status) -> &'static str {
 }
 
 /// How good a pose is: to slow down or stop the vehicle by.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, eq, module = "groma._core")]
+#[derive(PartialEq)]
 pub(crate) struct PoseQuality {
     /// `tracking`: landmarks or walls constrain the pose; `coasting`: none does at present; `lost`: the pose was never known,
     /// or evidence says that it is wrong.

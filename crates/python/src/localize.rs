@@ -34,7 +34,7 @@ fn invalid(error: impl std::fmt::Display) -> PyErr {
 type Observed<'py> = (Matrix<'py>, border::Array1<bool>, border::Array2<u8>);
 
 /// Corners and reflectors of the scans of a scanner.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 #[derive(Default)]
 pub(crate) struct Observer(CoreObserver);
 
@@ -79,7 +79,7 @@ type Now = (f64, Pose, border::Array2<f64>, PoseQuality);
 type Row = (usize, bool);
 
 /// A drive on its way through the localizer.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct Localize(Core);
 
 #[pymethods]
@@ -176,7 +176,7 @@ fn rows(events: Vec<Event>) -> Vec<Row> {
 }
 
 /// A localized drive.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct LocalizedDrive {
     stamps: border::Array1<f64>,
     poses: border::Array2<f64>,

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 type Pose = (f64, f64, f64);
 
 /// A map at known poses.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct KnownPosesMap {
     landmarks: Py<LandmarkArrays>,
     grid: Py<GridArrays>,
@@ -24,7 +24,7 @@ pub(crate) struct KnownPosesMap {
 }
 
 /// Builds a map from scans at known poses; `finish` may be called once.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct MapAtPoses(Option<Core>);
 
 impl MapAtPoses {

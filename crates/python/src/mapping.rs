@@ -35,7 +35,7 @@ pub(crate) fn odometry_jumps(before: (f64, f64, f64, f64), after: (f64, f64, f64
 }
 
 /// Builds a map from messages in the order in which they come.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct Mapper {
     map: Option<Map>,
     /// Wheels made from the odometry of a vehicle that was calibrated by it.
@@ -43,7 +43,7 @@ pub(crate) struct Mapper {
 }
 
 /// How far a map is.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct MapState {
     stamp: f64,
     pose: Pose,
@@ -178,7 +178,7 @@ pub(crate) fn matrices<const R: usize>(items: &[nalgebra::SMatrix<f64, R, R>]) -
 }
 
 /// A map.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct MapArrays {
     graph: Py<GraphArrays>,
     trajectory_stamps: border::Array1<f64>,
@@ -199,7 +199,7 @@ pub(crate) struct MapArrays {
 }
 
 /// The optimised pose graph.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct GraphArrays {
     stamps: border::Array1<f64>,
     poses: border::Array2<f64>,
@@ -212,7 +212,7 @@ pub(crate) struct GraphArrays {
 }
 
 /// Corners and reflectors in the frame of the map.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct LandmarkArrays {
     kinds: Vec<&'static str>,
     positions: border::Array2<f64>,
@@ -224,7 +224,7 @@ pub(crate) struct LandmarkArrays {
 }
 
 /// An occupancy grid: -1 unknown, 0 free, 100 occupied.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct GridArrays {
     cells: border::Array2<i8>,
     resolution: f64,

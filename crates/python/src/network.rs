@@ -33,7 +33,7 @@ pub(crate) fn pose_sigmas(covariance: In2<'_, f64>) -> PyResult<(f64, f64)> {
 }
 
 /// Tells stops from odometry as it comes.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 #[derive(Default)]
 pub(crate) struct Standstill(Core);
 
@@ -74,7 +74,7 @@ pub(crate) fn network_scene(name: &str, seed: u64) -> PyResult<String> {
 }
 
 /// What a recorder would have of a scene, and the truth.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct SimulatedNetworkArrays {
     odometry: border::Array2<f64>,
     stop_times: border::Array2<f64>,
@@ -112,7 +112,7 @@ pub(crate) fn simulate_network(py: Python<'_>, scene: &str) -> PyResult<Simulate
 }
 
 /// A survey that messages are pushed into; `finish` may be called at any time.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct NetworkSurvey(SurveyCameras);
 
 #[pymethods]
@@ -181,7 +181,7 @@ impl NetworkSurvey {
 }
 
 /// The map of a camera network.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct NetworkArrays {
     /// Number of the camera, first stop, whether it is still there, views a row.
     camera_heads: border::Array2<i64>,
@@ -269,7 +269,7 @@ fn verdict(verdict: Verdict) -> &'static str {
 }
 
 /// A fixed camera and the target on the robot, from known poses of the robot.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct PlacedCamera {
     camera: border::Array2<f64>,
     mount: border::Array2<f64>,

@@ -18,7 +18,7 @@ pub(crate) fn promotion_defaults() -> PyResult<String> {
 type Landmarks<'py> = (Table<'py>, In1<'py, bool>, In2<'py, u8>);
 
 /// A map to which landmarks were promoted.
-#[pyclass(frozen, get_all)]
+#[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct PromotedMap {
     landmarks: Py<LandmarkArrays>,
     promoted: usize,

@@ -17,7 +17,7 @@ pub(crate) fn recognition_defaults() -> PyResult<String> {
 }
 
 /// Finds places again; the steps are called in the order in which they stand here.
-#[pyclass]
+#[pyclass(module = "groma._core")]
 pub(crate) struct Recognizer {
     core: Core,
     candidates: Vec<Vec<Candidate>>,

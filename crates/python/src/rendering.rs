@@ -41,7 +41,7 @@ pub(crate) fn render_target<'py>(
 }
 
 /// What the cameras of a simulated network see at the stops of the robot.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 pub(crate) struct NetworkRenderer {
     scene: NetworkScene,
     recording: NetworkRecording,

@@ -11,7 +11,7 @@ use std::time::Duration;
 const PERIOD: Duration = Duration::from_millis(50);
 
 /// Cancels long work, and reports its progress.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "groma._core")]
 #[derive(Default)]
 pub(crate) struct Token(pub(crate) Core);
 
