@@ -175,6 +175,9 @@ fn rows(events: Vec<Event>) -> Vec<Row> {
     events.into_iter().map(|event| (event.scan, event.corrected)).collect()
 }
 
+/// First and last stamp, place, sigma [m], why.
+type WeakStretch = (f64, f64, (f64, f64), f64, &'static str);
+
 /// A localized drive.
 #[pyclass(frozen, get_all, module = "groma._core")]
 pub(crate) struct LocalizedDrive {
@@ -196,7 +199,7 @@ pub(crate) struct LocalizedDrive {
     /// First and last stamp, pose, sigma [m], scatter [m], landmarks matched in the mean.
     halts: Vec<(f64, f64, Pose, f64, f64, f64)>,
     /// First and last stamp, place, sigma [m], why.
-    weak: Vec<(f64, f64, (f64, f64), f64, &'static str)>,
+    weak: Vec<WeakStretch>,
     seen: Option<Py<LandmarkArrays>>,
     counts: Vec<(&'static str, usize)>,
     findings: Vec<findings::Row>,
