@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 import groma.cli
 from groma.evaluation.association import Matching, look_up
-from groma.evaluation.reference import align, evaluate_reference
+from groma.evaluation.reference import evaluate_reference
 from groma.evaluation.relations import evaluate_relations, read_relations
 from groma.io.trajectory import Trajectory, read_tum, write_tum
 from groma.nouns import poses as se2
+from groma.nouns.poses import align
 
 Array = NDArray[np.float64]
 

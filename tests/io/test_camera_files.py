@@ -10,9 +10,10 @@ import pytest
 from groma.errors import UserError
 from groma.io.camera_info import read_camera_info, write_camera_info
 from groma.io.kalibr_camchain import read_camchain, write_camchain
-from groma.io.panels import quaternion, rpy, write_panels
+from groma.io.panels import write_panels
 from groma.io.target_file import read_target
 from groma.nouns.camera import LENSES, Camera
+from groma.nouns.poses import quaternion_of_rpy, rpy_of
 from groma.nouns.target import Charuco, Chessboard, Panel, TagGrid, Target
 
 KALIBR_GRID = "target_type: 'aprilgrid'\ntagCols: 6\ntagRows: 5\ntagSize: 0.088 # m\ntagSpacing: 0.3\n"
@@ -39,7 +40,7 @@ def test_targets_of_kalibr_are_read(tmp_path: Path) -> None:
 
 
 def test_panels_read_back_as_they_were(tmp_path: Path) -> None:
-    turn = quaternion(0.1, -0.2, 2.5)
+    turn = quaternion_of_rpy(0.1, -0.2, 2.5)
     target = Target(
         (
             Panel("front", TagGrid(columns=6, rows=6, size=0.08), (0.3, -0.1, 0.6), turn),
@@ -51,7 +52,7 @@ def test_panels_read_back_as_they_were(tmp_path: Path) -> None:
     again = read_target(tmp_path / "panels.toml")
     assert [panel.pattern for panel in again.panels] == [panel.pattern for panel in target.panels]
     assert again.panels[0].quaternion == pytest.approx(turn, abs=1e-15)
-    assert rpy(again.panels[0].quaternion) == pytest.approx((0.1, -0.2, 2.5), abs=1e-15)
+    assert rpy_of(again.panels[0].quaternion) == pytest.approx((0.1, -0.2, 2.5), abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from groma.localization.drive import Request, localize_defaults
 from groma.localization.options import LocalizeOptions
 from groma.localization.result import Localized
 from groma.mapping.mapper import map_defaults
+from groma.nouns.poses import relative
 from groma.recordings.drive import open_drive, open_vehicle_drive
 from groma.report.localization.report import localization_verdict
 from groma.runs.localization import localize_into
@@ -72,7 +73,7 @@ def _localize(whole: Run, recordings: Path, chart: Path) -> Localized:
 def _accuracy(result: Localized, first: Simulated, later: Simulated) -> str:
     """Return the error against the ground truth as one sentence; the map starts at the first pose of the survey."""
     known = result.status != "lost"
-    truth = _seen_from(first.truth[0], _at(result.stamps[known], later))
+    truth = relative(first.truth[0], _at(result.stamps[known], later))
     off = np.hypot(*(result.poses[known, :2] - truth[:, :2]).T)
     median, worst = 1000 * float(np.median(off)), 1000 * float(off.max())
     return (
@@ -85,10 +86,3 @@ def _at(stamps: NDArray[np.float64], run: Simulated) -> NDArray[np.float64]:
     """Return true poses (n, 3) at some times."""
     x, y, theta = run.truth[:, 0], run.truth[:, 1], np.unwrap(run.truth[:, 2])
     return np.column_stack([np.interp(stamps, run.stamps, column) for column in (x, y, theta)])
-
-
-def _seen_from(origin: NDArray[np.float64], poses: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return poses in the frame of another."""
-    cos, sin = np.cos(origin[2]), np.sin(origin[2])
-    x, y = (poses[:, :2] - origin[:2]).T
-    return np.column_stack([cos * x + sin * y, cos * y - sin * x, poses[:, 2] - origin[2]])

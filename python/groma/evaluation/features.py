@@ -32,7 +32,7 @@ from groma.evaluation.feature_visibility import Views
 from groma.features.corners import Keypoints, falko_batch
 from groma.nouns.arrays import Array
 from groma.nouns.messages import BeamGeometry
-from groma.nouns.poses import compose, relative
+from groma.nouns.poses import compose, from_polar, polar, relative
 
 Indices = NDArray[np.int64]
 Detect = Callable[[Sequence[Array], BeamGeometry], list[Keypoints]]
@@ -170,7 +170,7 @@ def _visible_predictions(
     """Return scan, range and bearing of the visible predictions of the keypoints of scans i in scans j."""
     pair, keypoint = _members(counts, i)
     there = compose(relative(poses[j], poses[i])[pair], np.pad(flat[keypoint], ((0, 0), (0, 1))))
-    rho, phi = np.hypot(there[:, 0], there[:, 1]), np.arctan2(there[:, 1], there[:, 0])
+    rho, phi = polar(there)
     visible = views.visible(j[pair], rho, phi)
     return j[pair][visible], rho[visible], phi[visible]
 
@@ -187,7 +187,7 @@ def _along_the_scan(views: Views, target: Indices, rho: Array, phi: Array, side:
 def _nearest(flat: Array, counts: Indices, target: Indices, rho: Array, phi: Array) -> Array:
     """Return the distance of each point to the nearest keypoint of its scan."""
     owner, keypoint = _members(counts, target)
-    xy = np.column_stack([rho * np.cos(phi), rho * np.sin(phi)])
+    xy = from_polar(rho, phi)
     distance = np.full(len(target), np.inf)
     np.minimum.at(distance, owner, np.hypot(*(flat[keypoint] - xy[owner]).T))
     return distance

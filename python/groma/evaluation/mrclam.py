@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from groma.errors import UserError
 from groma.io.table import read_table
-from groma.localization.localizer import Localizer, Observations, Pose
+from groma.localization.localizer import Localizer, Observations
 from groma.nouns.arrays import Array
 from groma.nouns.maps import Landmarks
-from groma.nouns.poses import wrap
+from groma.nouns.poses import Pose, advance, relative, wrap
 
 _MOST_STEP = 0.1
 """Motions are integrated in steps of this at most [s]."""
@@ -234,11 +234,9 @@ class _Wheels:
         noise = self._noise
         _, speed, rate = self._odometry[max(self._next - 1, 0)]
         path, turn = noise.speed_scale * speed * time, noise.turn_scale * rate * time
-        half = turn / 2
-        chord = path * (math.sin(half) / half if half else 1.0)
         way = abs(path)
         variance = [noise.along**2 * way, (0.2 * noise.along) ** 2 * way, noise.turn**2 * (abs(turn) + way)]
-        return (chord * math.cos(half), chord * math.sin(half), turn), np.diag(np.add(variance, 1e-10))
+        return advance(path, turn), np.diag(np.add(variance, 1e-10))
 
 
 def _scans(robot: Robot, begin: float, end: float) -> Iterator[tuple[float, NDArray[np.int64]]]:
@@ -261,7 +259,6 @@ def _truth(robot: Robot, stamps: Array) -> Array:
 def _compare(robot: Robot, stamps: Array, poses: Array, covariances: Array, sums: tuple[int, int]) -> Drive:
     truth = _truth(robot, stamps)
     d = truth - poses
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    local = np.column_stack([c * d[:, 0] + s * d[:, 1], -s * d[:, 0] + c * d[:, 1], wrap(d[:, 2])])
+    local = relative(poses, truth)
     nees = np.einsum("ki,kij,kj->k", local, np.linalg.inv(covariances), local)
     return Drive(stamps, poses, np.hypot(d[:, 0], d[:, 1]), nees, *sums)

@@ -21,7 +21,7 @@ from groma.errors import UserError
 from groma.evaluation.association import Matching, look_up
 from groma.io.trajectory import Trajectory
 from groma.nouns.arrays import Array
-from groma.nouns.poses import compose, relative
+from groma.nouns.poses import align, compose, relative
 
 Indices = NDArray[np.int64]
 
@@ -84,15 +84,6 @@ def evaluate_reference(
         _relative_errors(x, true, every[:-1], every[1:]),
         {length: _relative_errors(x, true, *pair) for length, pair in pairs.items() if len(pair[0])},
     )
-
-
-def align(points: Array, reference: Array) -> Array:
-    """Return the rigid motion (3,) that brings points (N, 2) closest to reference points (N, 2)."""
-    mean, mean_ref = points.mean(axis=0), reference.mean(axis=0)
-    (x, y), (u, v) = (points - mean).T, (reference - mean_ref).T
-    theta = np.arctan2(np.sum(x * v - y * u), np.sum(x * u + y * v))
-    c, s = np.cos(theta), np.sin(theta)
-    return np.array([mean_ref[0] - c * mean[0] + s * mean[1], mean_ref[1] - s * mean[0] - c * mean[1], theta])
 
 
 def _pairs_behind(path: Array, length: float) -> tuple[Indices, Indices]:

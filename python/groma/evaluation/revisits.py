@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from groma.evaluation.feature_visibility import FARTHEST, NEAREST, Views
 from groma.nouns.arrays import Array
 from groma.nouns.messages import LaserScan
-from groma.nouns.poses import compose, relative
+from groma.nouns.poses import compose, from_polar, polar, relative
 
 Indices = NDArray[np.int64]
 
@@ -58,8 +58,8 @@ def _hits(scan: LaserScan) -> Array:
     g = scan.geometry
     near, far = max(g.range_min, NEAREST), min(g.range_max, FARTHEST)
     beams = np.flatnonzero((scan.ranges >= near) & (scan.ranges <= far))
-    bearing, rho = g.angle_min + g.angle_increment * beams, scan.ranges[beams]
-    return np.column_stack([rho * np.cos(bearing), rho * np.sin(bearing), np.zeros(len(beams))])
+    bearing = np.asarray(g.angle_min + g.angle_increment * beams, dtype=np.float64)
+    return np.column_stack([from_polar(scan.ranges[beams], bearing), np.zeros(len(beams))])
 
 
 def _share(views: Views, hits: list[Array], poses: Array, i: int, j: int) -> float:
@@ -67,5 +67,5 @@ def _share(views: Views, hits: list[Array], poses: Array, i: int, j: int) -> flo
     if not len(hits[i]):
         return 0.0
     there = compose(relative(poses[j], poses[i])[None], hits[i])
-    rho, phi = np.hypot(there[:, 0], there[:, 1]), np.arctan2(there[:, 1], there[:, 0])
+    rho, phi = polar(there)
     return float(np.mean(views.visible(np.full(len(rho), j), rho, phi)))

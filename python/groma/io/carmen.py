@@ -17,16 +17,15 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from groma.io import beams
-from groma.io.carmen_lines import LaserConfig, LineError, Pose, ScanLine, Tokens, number, parse_odom
+from groma.io.carmen_lines import LaserConfig, LineError, ScanLine, Tokens, number, parse_odom
 from groma.io.carmen_survey import SCAN_PARSERS, SYNTHETIC_PERIOD, Survey, differ, mount_of, survey
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
 from groma.nouns.bounds import OutOfRangeError, is_within
 from groma.nouns.messages import BeamGeometry, LaserScan, Message, Odometry, Transform
+from groma.nouns.poses import Pose, quaternion_of
 
 TAGS = (*(tag.decode() for tag in SCAN_PARSERS), "ODOM", "PARAM", "SYNC", "TRUEPOS", "LASER3", "LASER4")
 _PRINT_QUANTUM = 1e-6
@@ -209,6 +208,5 @@ def _snap(angle: float) -> float:
 
 
 def _transform(stamp: float, stream: str, frame: str, mount: Pose) -> Transform:
-    half = 0.5 * mount[2]
-    quaternion = (0.0, 0.0, float(np.sin(half)), float(np.cos(half)))
-    return Transform(stamp, stream, "base_link", frame, (mount[0], mount[1], 0.0), quaternion, static=True)
+    at, turn = (mount[0], mount[1], 0.0), quaternion_of(mount[2])
+    return Transform(stamp, stream, "base_link", frame, at, turn, static=True)

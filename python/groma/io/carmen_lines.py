@@ -20,8 +20,8 @@ import numpy as np
 
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import require
+from groma.nouns.poses import Pose
 
-Pose = tuple[float, float, float]
 Tokens = Sequence[bytes]
 
 MOST_BEAMS = 100_000

@@ -23,7 +23,6 @@ import numpy as np
 from groma.io import beams
 from groma.io.carmen_lines import (
     LineError,
-    Pose,
     ScanLine,
     Tokens,
     parse_flaser,
@@ -36,6 +35,7 @@ from groma.io.sampling import SAMPLE, Sample
 from groma.io.text_lines import numbered_lines
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import OutOfRangeError
+from groma.nouns.poses import Pose, relative_pose
 
 LOOKED_AT = 64 << 20
 SYNTHETIC_PERIOD = 1.0
@@ -210,16 +210,13 @@ def _parsed(tag: bytes, line: bytes) -> ScanLine | None:
 
 def mount_of(laser: Pose, robot: Pose) -> Pose:
     """Return T_base_laser = T_odom_base^-1 T_odom_laser."""
-    dx, dy = laser[0] - robot[0], laser[1] - robot[1]
-    c, s = math.cos(robot[2]), math.sin(robot[2])
-    turn = laser[2] - robot[2]
-    return (c * dx + s * dy, c * dy - s * dx, math.atan2(math.sin(turn), math.cos(turn)))
+    return relative_pose(robot, laser)
 
 
 def differ(a: Pose, b: Pose) -> bool:
     """Whether two mountings are not the same one."""
-    turn = a[2] - b[2]
-    return math.hypot(a[0] - b[0], a[1] - b[1]) > RIGID_M or abs(math.atan2(math.sin(turn), math.cos(turn))) > RIGID_RAD
+    x, y, turn = relative_pose(a, b)
+    return math.hypot(x, y) > RIGID_M or abs(turn) > RIGID_RAD
 
 
 def _common_mount(scans: list[ScanLine]) -> tuple[Pose | None, str]:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from groma.io import beams
-from groma.io.carmen_lines import LineError, Pose, Tokens, parse_ranges, plane_pose
+from groma.io.carmen_lines import LineError, Tokens, parse_ranges, plane_pose
 from groma.io.carmen_survey import LOOKED_AT, SYNTHETIC_PERIOD
 from groma.io.notes import Notes
 from groma.io.sampling import Sample
@@ -20,6 +20,7 @@ from groma.io.text_lines import numbered_lines
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import OutOfRangeError
 from groma.nouns.messages import LaserScan, Message, Odometry
+from groma.nouns.poses import Pose
 
 TAGS = ("Odometry", "Laser")
 

@@ -18,13 +18,14 @@ from pathlib import Path
 import numpy as np
 
 from groma import _core
-from groma.io.carmen_lines import LineError, Pose
+from groma.io.carmen_lines import LineError
 from groma.io.notes import Notes
 from groma.io.streams import Kind, Stream
 from groma.io.text_lines import numbered_lines
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import OutOfRangeError, require_all
 from groma.nouns.messages import JointState, Message, Odometry
+from groma.nouns.poses import Pose
 
 HEAD = re.compile(rb'\A\s*\{[^\n]*"phi_l"')
 JOINTS, POSES = "wheels", "laser_poses"

@@ -15,12 +15,12 @@ import numpy as np
 from groma import _core
 from groma.errors import UserError
 from groma.io.atomic import write_text
-from groma.io.panels import rpy
 from groma.io.table import read_bytes
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import in_file, require, require_all
 from groma.nouns.camera import Camera
 from groma.nouns.network import MappedCamera, NetworkMap
+from groma.nouns.poses import rpy_of
 
 VERSION = 1
 _ORDER = ["x", "y", "z", "rot_x", "rot_y", "rot_z"]
@@ -129,7 +129,7 @@ def urdf(network: NetworkMap) -> str:
         if not camera.current:
             continue
         xyz = " ".join(f"{value:.9g}" for value in camera.pose[:3])
-        angles = " ".join(f"{value:.9g}" for value in rpy(_quaternion(camera.pose)))
+        angles = " ".join(f"{value:.9g}" for value in rpy_of(_quaternion(camera.pose)))
         link = f"{camera.name}_optical_frame"
         parts += [
             f'  <link name="{link}"/>',

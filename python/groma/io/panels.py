@@ -18,7 +18,6 @@ heading to the last angle for another direction.
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,9 +28,8 @@ from groma.errors import UserError
 from groma.io.atomic import write_text
 from groma.io.table import read_bytes
 from groma.io.toml import to_toml
+from groma.nouns.poses import quaternion_of_rpy, rpy_of
 from groma.nouns.target import Panel, Pattern, Target
-
-Quaternion = tuple[float, float, float, float]
 
 
 class _Place(msgspec.Struct):
@@ -74,29 +72,9 @@ def _panel(table: object, path: str) -> Panel:
         pattern = msgspec.convert({k: v for k, v in table.items() if k not in ("name", "xyz", "rpy")}, Pattern)
     except msgspec.ValidationError as error:
         raise ValueError(f"{path}: {error}") from error
-    return Panel(place.name, pattern, place.xyz, quaternion(*place.rpy))
+    return Panel(place.name, pattern, place.xyz, quaternion_of_rpy(*place.rpy))
 
 
 def _table(panel: Panel) -> Mapping[str, object]:
     pattern: dict[str, object] = msgspec.to_builtins(panel.pattern)
-    return {"name": panel.name, **pattern, "xyz": list(panel.position), "rpy": list(rpy(panel.quaternion))}
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation about x, then y, then z of the fixed frame, as x, y, z, w."""
-    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(a / 2), math.cos(a / 2)) for a in (roll, pitch, yaw))
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
-
-
-def rpy(rotation: Quaternion) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a rotation given as x, y, z, w."""
-    length = math.sqrt(sum(q * q for q in rotation))
-    x, y, z, w = (q / length for q in rotation)
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return {"name": panel.name, **pattern, "xyz": list(panel.position), "rpy": list(rpy_of(panel.quaternion))}

@@ -24,6 +24,7 @@ from groma.io.notes import Notes
 from groma.io.streams import Kind
 from groma.nouns.bounds import OutOfRangeError, is_within
 from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.poses import yaw_of
 
 KINDS = {
     "sensor_msgs/msg/LaserScan": Kind.SCAN,
@@ -145,8 +146,7 @@ def _transform(edge: Any, stamp: float, topic: str, static: bool) -> Transform:
 
 
 def _yaw(q: Any) -> float:
-    norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
-    return math.atan2(2 * (q.w * q.z + q.x * q.y), norm - 2 * (q.y * q.y + q.z * q.z))
+    return yaw_of((q.x, q.y, q.z, q.w))
 
 
 def _padded(values: Any, count: int) -> NDArray[np.float64]:

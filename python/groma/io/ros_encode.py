@@ -33,6 +33,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from groma.errors import UserError
 from groma.nouns.messages import JointState, LaserScan, Message, Odometry, Transform
+from groma.nouns.poses import quaternion_of
 
 _STORE = get_typestore(Stores.ROS2_JAZZY)
 _T: dict[str, Any] = dict(_STORE.types)
@@ -148,7 +149,7 @@ def _odometry(odometry: Odometry) -> Any:
     vector, zeros = _T["geometry_msgs/msg/Vector3"], np.zeros(36)
     pose = _T["geometry_msgs/msg/Pose"](
         _T["geometry_msgs/msg/Point"](odometry.x, odometry.y, 0.0),
-        _quaternion(0.0, 0.0, math.sin(odometry.theta / 2), math.cos(odometry.theta / 2)),
+        _quaternion(*quaternion_of(odometry.theta)),
     )
     twist = _T["geometry_msgs/msg/Twist"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 0.0))
     return _T[_ODOM](

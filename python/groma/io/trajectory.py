@@ -23,6 +23,7 @@ from groma.io.atomic import write_text
 from groma.io.table import read_table
 from groma.nouns.arrays import Array
 from groma.nouns.bounds import are_within
+from groma.nouns.poses import matrices_of, poses_of, quaternions_of, yaws_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +54,9 @@ def read_tum(path: Path) -> Trajectory:
     stamps, first = np.unique(rows[:, 0], return_index=True)
     if not len(stamps):
         raise UserError(f"{path}: no pose in it; expected lines of: stamp x y z qx qy qz qw")
-    x, y, qx, qy, qz, qw = rows[first][:, [1, 2, 4, 5, 6, 7]].T
-    theta = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
-    return Trajectory(stamps, np.column_stack([x, y, theta]), len(table) - len(rows), len(rows) - len(stamps))
+    kept = rows[first]
+    poses = np.column_stack([kept[:, 1:3], yaws_of(kept[:, 4:])])
+    return Trajectory(stamps, poses, len(table) - len(rows), len(rows) - len(stamps))
 
 
 def write_tum(path: Path, stamps: Array, poses: Array) -> None:
@@ -66,10 +67,8 @@ def write_tum(path: Path, stamps: Array, poses: Array) -> None:
     ValueError
         When a value is not finite: nobody could read the file.
     """
-    half = poses[:, 2] / 2
-    zero = np.zeros(len(poses))
-    columns = [stamps, poses[:, 0], poses[:, 1], zero, zero, zero, np.sin(half), np.cos(half)]
-    write_tum_rows(path, np.column_stack(columns))
+    level = np.zeros(len(poses))
+    write_tum_rows(path, np.column_stack([stamps, poses[:, :2], level, quaternions_of(poses[:, 2])]))
 
 
 def write_tum_rows(path: Path, rows: Array) -> None:
@@ -98,15 +97,12 @@ def read_kitti(path: Path, times: Path) -> Trajectory:
         raise UserError(f"{times}: {len(stamps)} stamps for the {len(matrices)} poses of {path}")
     if not (_are_poses(stamps, matrices, matrices).all() and (np.diff(stamps) > 0).all()):
         raise UserError(f"{path}, {times}: poses and stamps must be finite and within 1e7 m, stamps must grow")
-    theta = np.arctan2(matrices[:, 4], matrices[:, 0])
-    return Trajectory(stamps, np.column_stack([matrices[:, 3], matrices[:, 7], theta]))
+    return Trajectory(stamps, poses_of(matrices))
 
 
 def write_kitti(path: Path, times: Path, stamps: Array, poses: Array) -> None:
     """Write poses (N, 3) as KITTI and their stamps (N,) beside them."""
-    x, y, theta = poses.T
-    c, s, zero, one = np.cos(theta), np.sin(theta), np.zeros(len(poses)), np.ones(len(poses))
-    write_text(path, _rows(np.column_stack([c, -s, zero, x, s, c, zero, y, zero, zero, one, zero])))
+    write_text(path, _rows(matrices_of(poses)))
     write_text(times, _rows(stamps[:, None]))
 
 

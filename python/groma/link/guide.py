@@ -20,9 +20,10 @@ from groma.errors import UserError
 from groma.io import camera_protocol as protocol
 from groma.nouns.detection import Detection
 from groma.nouns.network import KnownCamera
+from groma.nouns.poses import Pose
 from groma.nouns.target import Panel, Target
 from groma.planning.camera import DEFAULTS, Search, Stage, Stop, plan_camera
-from groma.planning.floor import Mount, Pose, camera_by_panel, foot_and_mount, from_floor, on_floor
+from groma.planning.floor import Mount, camera_by_panel, foot_and_mount, from_floor, on_floor
 
 
 def aim(sigma: float) -> Search:

@@ -17,13 +17,13 @@ import numpy as np
 from groma import _core
 from groma.errors import EstimationError, UserError
 from groma.io.streams import Kind
-from groma.localization.localizer import Pose
 from groma.localization.options import LocalizeOptions
 from groma.localization.result import Halt, Localized, Weak
 from groma.mapping.mapper import beams, to_landmarks
 from groma.nouns.findings import of_core
 from groma.nouns.maps import Chart, landmark_rows
 from groma.nouns.messages import JointState, Odometry
+from groma.nouns.poses import Pose
 from groma.nouns.vehicle import Vehicle
 from groma.recordings.drive import Drive
 

@@ -35,8 +35,8 @@ from groma.localization.wheels import Wheels as Wheels
 from groma.nouns.arrays import Array, shaped
 from groma.nouns.maps import Landmarks, landmark_rows
 from groma.nouns.messages import LaserScan
+from groma.nouns.poses import Pose
 
-Pose = tuple[float, float, float]
 Status = Literal["lost", "coasting", "tracking"]
 
 

@@ -23,8 +23,7 @@ from groma.localization.options import RelocalizeOptions
 from groma.nouns.arrays import Array
 from groma.nouns.maps import Landmarks, OccupancyGrid, landmark_rows
 from groma.nouns.messages import LaserScan
-
-Pose = tuple[float, float, float]
+from groma.nouns.poses import Pose
 
 
 def relocalizer_defaults() -> RelocalizeOptions:

@@ -18,9 +18,8 @@ from numpy.typing import ArrayLike
 
 from groma import _core
 from groma.nouns.arrays import Array
+from groma.nouns.poses import Pose
 from groma.nouns.vehicle import WheelNoise, usual_noise
-
-Pose = tuple[float, float, float]
 
 
 class Wheels:

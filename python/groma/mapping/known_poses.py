@@ -20,9 +20,8 @@ from groma.nouns.arrays import Array
 from groma.nouns.findings import Finding, of_core
 from groma.nouns.maps import Landmarks, OccupancyGrid
 from groma.nouns.messages import LaserScan
+from groma.nouns.poses import Pose
 from groma.recordings.drive import Drive
-
-Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

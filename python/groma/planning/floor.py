@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from numpy.typing import NDArray
 
 from groma import _core
+from groma.nouns.poses import Pose
 
-Pose = tuple[float, float, float]
-"""x, y [m], heading [rad]."""
 Mount = tuple[float, ...]
 """Position [m], then x, y, z, w."""
 

@@ -14,9 +14,10 @@ from groma.io.notes import Notes
 from groma.nouns.arrays import Array
 from groma.nouns.camera import Camera
 from groma.nouns.detection import Detection
+from groma.nouns.poses import Pose
 from groma.nouns.target import Target
 from groma.planning.camera import DEFAULTS, mount
-from groma.planning.floor import Mount, Pose, foot_and_mount
+from groma.planning.floor import Mount, foot_and_mount
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,6 @@ tells how late they come: ``Drive.lateness`` is what a recording whose stamps ar
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -23,6 +22,7 @@ from groma.errors import UserError
 from groma.io.recording import Recording
 from groma.nouns.findings import Finding
 from groma.nouns.messages import JointState, LaserScan, Odometry, Transform
+from groma.nouns.poses import yaw_of
 from groma.nouns.vehicle import Vehicle
 from groma.recordings.disorder import needed_lateness
 from groma.recordings.drive_choice import TF, Look, choose_odometry, choose_scans, look, mount_for
@@ -187,6 +187,5 @@ def _reversed(scan: LaserScan) -> LaserScan:
 
 
 def _odometry(edge: Transform) -> Odometry:
-    x, y, z, w = edge.quaternion
-    theta = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return Odometry(edge.stamp, edge.stream, edge.translation[0], edge.translation[1], theta, edge.parent, edge.child)
+    (x, y, _), theta = edge.translation, yaw_of(edge.quaternion)
+    return Odometry(edge.stamp, edge.stream, x, y, theta, edge.parent, edge.child)

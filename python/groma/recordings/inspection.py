@@ -136,7 +136,7 @@ class OdometryStream:
         way = math.hypot(pose.x - before.x, pose.y - before.y)
         turn = pose.theta - before.theta
         self.path_m += way
-        self.turned_rad += abs(math.atan2(math.sin(turn), math.cos(turn)))
+        self.turned_rad += abs(math.remainder(turn, 2 * math.pi))
         self.largest_step_m = max(self.largest_step_m, way)
         self.jumps += _core.odometry_jumps(_row(before), _row(pose))
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from groma.nouns.detection import Detection
 from groma.nouns.findings import Finding
+from groma.nouns.poses import Pose
 from groma.planning.camera import CameraPlan, Judged, Search, Stage, middle_of_view, plan_camera, ranked
-from groma.planning.floor import Pose
 from groma.planning.planned_camera import Asked
 from groma.report.camera_plan.report import camera_plan_report, plan_verdict
 from groma.runs.camera_plan_files import write_camera_plan, write_camera_waypoints

@@ -19,8 +19,9 @@ import msgspec
 
 from groma.io.atomic import write_text
 from groma.nouns.camera import Camera
+from groma.nouns.poses import Pose
 from groma.planning.camera import CameraPlan
-from groma.planning.floor import Pose, from_floor
+from groma.planning.floor import from_floor
 
 VERSION = 1
 

@@ -24,7 +24,7 @@ from groma.evaluation.relations import Relations
 from groma.io.atomic import write_text
 from groma.nouns.arrays import Array
 from groma.nouns.messages import BeamGeometry, JointState, LaserScan, Message, Odometry, Transform
-from groma.nouns.poses import relative
+from groma.nouns.poses import quaternion_of, relative
 
 STEP = 5.0
 """Time between the scans of a relation, and between the scans that are asked whether they see a place again [s]."""
@@ -192,8 +192,8 @@ class Simulated:
 
     def _mount(self) -> Transform:
         x, y, yaw = self.scenario.scanner.mount
-        quaternion = (0.0, 0.0, float(np.sin(yaw / 2)), float(np.cos(yaw / 2)))
-        return Transform(self.scenario.start, "tf_static", "base_link", "laser", (x, y, 0.0), quaternion, static=True)
+        turn = quaternion_of(yaw)
+        return Transform(self.scenario.start, "tf_static", "base_link", "laser", (x, y, 0.0), turn, static=True)
 
     def _odometry(self, k: int) -> Odometry:
         x, y, theta = self.odometry[k].tolist()

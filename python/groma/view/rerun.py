@@ -19,6 +19,7 @@ from groma.errors import UserError
 from groma.mapping.result import MapResult
 from groma.nouns.arrays import Array
 from groma.nouns.maps import OccupancyGrid
+from groma.nouns.poses import quaternions_of
 from groma.report.drawing import ACCEPTED, FINAL, INK, ODOMETRY, REJECTED, TRACKED, WEAK
 from groma.report.map.figures import accepted, drift, rejected
 
@@ -88,9 +89,7 @@ def _log(rr: Any, recording: Any, result: MapResult) -> None:
 
 
 def _log_over_time(rr: Any, recording: Any, result: MapResult) -> None:
-    half = result.trajectory[:, 2] / 2
-    zero = np.zeros(len(half))
-    quaternions = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+    quaternions = quaternions_of(result.trajectory[:, 2])
     stamps = [rr.TimeColumn("stamp", timestamp=result.trajectory_stamps)]
     poses = rr.Transform3D.columns(translation=_flat(result.trajectory[:, :2]), quaternion=quaternions)
     recording.log("map/base_link", rr.TransformAxes3D(axis_length=0.5), static=True)
