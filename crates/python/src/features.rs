@@ -206,8 +206,7 @@ impl GlarotSignature {
 
     /// Distance 0 to 1, and the rotation that takes the points of self onto those of other, modulo pi.
     fn distance(&self, other: &Self) -> (f64, f64) {
-        let difference = self.0.difference(&other.0);
-        (difference.distance, difference.rotation)
+        self.0.distance(&other.0)
     }
 
     /// Distance 0 to 1 without turning either.

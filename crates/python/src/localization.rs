@@ -199,8 +199,7 @@ impl Localizer {
 
     /// Landmarks found during the drive that constrain the pose, and those on trial.
     fn found(&self) -> (usize, usize) {
-        let found = self.0.found();
-        (found.proven, found.on_trial)
+        self.0.found()
     }
 }
 
