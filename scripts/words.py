@@ -124,7 +124,11 @@ STRICT = {
 }
 """Patterns that are not allowed in Markdown, with what to write instead."""
 
-FOLDERS = (("python", "py"), ("python", "pyi"), ("tests", "py"), ("benches", "py"), ("scripts", "py"), ("crates", "rs"))
+FOLDERS = (
+    *((folder, "py") for folder in ("python", "tests", "benches", "examples", "scripts")),
+    ("python", "pyi"),
+    ("crates", "rs"),
+)
 ABOUT = ("scripts/words.py", "tests/test_words.py")
 """Files that name the words themselves."""
 

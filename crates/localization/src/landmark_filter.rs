@@ -26,6 +26,15 @@ const FAR: (f64, f64) = (0.02, 0.004);
 /// In mixed mode landmarks are begun where so many of the map update the pose.
 const ANCHORS: usize = 2;
 
+/// Landmarks found during the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FoundCount {
+    /// Those that update the pose.
+    pub proven: usize,
+    /// Those that do not yet.
+    pub on_trial: usize,
+}
+
 /// Observations of a scan, and from where they were made.
 pub(crate) struct Scan<'a> {
     /// The observations that can be used, with their place in the list.
@@ -74,10 +83,10 @@ impl LandmarkFilter {
         &self.options
     }
 
-    /// Landmarks found during the drive that are proven, and those that are on trial.
-    pub fn found(&self) -> (usize, usize) {
+    /// How many landmarks were found during the drive.
+    pub fn found(&self) -> FoundCount {
         let proven = self.memory.all_found().filter(|(_, f)| f.proven).count();
-        (proven, self.memory.all_found().count() - proven)
+        FoundCount { proven, on_trial: self.memory.all_found().count() - proven }
     }
 
     /// The pose has been found another way: nothing else is remembered.

@@ -36,6 +36,7 @@ mod wheels;
 
 pub use error::Error;
 pub use joint::{CALIBRATION, CalibrationCovariance, DRIVE, Joint, Motion};
+pub use landmark_filter::FoundCount;
 pub use localizer::{Localizer, Start};
 pub use map::InvalidMap;
 pub use observation::Observation;

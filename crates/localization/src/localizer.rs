@@ -8,7 +8,7 @@ use crate::gating::Sighted;
 use crate::history::History;
 use crate::integrity::{Integrity, Support};
 use crate::joint::{CalibrationCovariance, Joint, Motion};
-use crate::landmark_filter::{LandmarkFilter, Scan};
+use crate::landmark_filter::{FoundCount, LandmarkFilter, Scan};
 use crate::map::StaticMap;
 use crate::observation::Observation;
 use crate::odometer::Odometer;
@@ -242,9 +242,9 @@ impl Localizer {
         self.odometer.distance()
     }
 
-    /// Landmarks found during the drive that update the pose, and those that are on trial.
+    /// How many landmarks were found during the drive.
     #[must_use]
-    pub fn found(&self) -> (usize, usize) {
+    pub fn found(&self) -> FoundCount {
         self.filter.found()
     }
 

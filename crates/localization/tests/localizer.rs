@@ -293,8 +293,8 @@ fn a_day_at_20_hz_neither_loses_the_vehicle_nor_grows() {
         let quality = localizer.update(&seen, Some(&|polar| polar.x < hall.reach)).quality;
         assert_ne!(quality.status, Status::Lost, "after {stamp} s");
         worst = worst.max((truth.translation - localizer.pose().translation).norm());
-        let (proven, trial) = localizer.found();
-        most = most.max(proven + trial);
+        let found = localizer.found();
+        most = most.max(found.proven + found.on_trial);
         rows = rows.max(localizer.joint().points().len());
     }
     println!("worst error {worst:.3} m, most landmarks found during the drive {most}, most in memory {rows}");

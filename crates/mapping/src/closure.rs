@@ -15,7 +15,7 @@
 //! be searched stays unconfirmed until a neighbour agrees.
 
 use crate::verify::Check;
-use groma_geometry::Se2;
+use groma_geometry::{Se2, Separation};
 use nalgebra::{Matrix3, Vector3};
 
 /// The search window [m]: least, and largest that is searched exhaustively; and [rad].
@@ -37,7 +37,7 @@ pub const GATE: f64 = 16.27 * 4.0;
 const FLOOR: (f64, f64) = (0.03, 0.004);
 
 /// A closure of which more is left after optimisation is violated [m], [rad] (W. Hess et al., ICRA 2016, table IV).
-const VIOLATED: (f64, f64) = (0.2, 0.0175);
+const VIOLATED: Separation = Separation { distance: 0.2, angle: 0.0175 };
 
 /// What became of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,22 +90,21 @@ impl Closure {
         invert(&self.information())
     }
 
-    /// Residual of the closure when the two anchors stand at `pose` to each other [m], [rad]. Nothing is asked of it
+    /// Residual of the closure when the two anchors stand at `pose` to each other. Nothing is asked of it
     /// along a direction that it does not hold (`SLIDES`).
     #[must_use]
-    pub fn residual(&self, pose: &Se2) -> (f64, f64) {
+    pub fn residual(&self, pose: &Se2) -> Separation {
         let left = self.check.pose.between(pose);
         let position = self.information().fixed_view::<2, 2>(0, 0).into_owned().symmetric_eigen();
         let held = (0..2).filter(|k| position.eigenvalues[*k] > SLIDES.powi(-2));
         let metres_sq: f64 = held.map(|k| position.eigenvectors.column(k).dot(&left.translation).powi(2)).sum();
-        (metres_sq.sqrt(), left.theta().abs())
+        Separation { distance: metres_sq.sqrt(), angle: left.theta().abs() }
     }
 
     /// Whether no more is left of it than an optimised graph leaves of a true closure.
     #[must_use]
     pub fn is_met(&self, pose: &Se2) -> bool {
-        let (metres, radians) = self.residual(pose);
-        !(metres > VIOLATED.0 || radians > VIOLATED.1)
+        !self.residual(pose).exceeds(&VIOLATED)
     }
 }
 
@@ -250,7 +249,7 @@ mod tests {
         let mut corridor = check(0.0);
         corridor.information[(0, 0)] = 1.0;
         let closure = Closure { from: 0, to: 5, check: corridor, predicted: Se2::IDENTITY, verdict: Verdict::Accepted };
-        let (metres, radians) = closure.residual(&Se2::new(0.8, 0.05, 0.01));
-        assert!((metres - 0.05).abs() < 1e-3 && (radians - 0.01).abs() < 1e-12, "{metres}");
+        let left = closure.residual(&Se2::new(0.8, 0.05, 0.01));
+        assert!((left.distance - 0.05).abs() < 1e-3 && (left.angle - 0.01).abs() < 1e-12, "{left:?}");
     }
 }

@@ -5,10 +5,10 @@
 //! the current graph, with its grid and its landmarks.
 
 use crate::closer::Closer;
-use crate::closure::{Closure, Verdict};
+use crate::closure::Verdict;
 use crate::landmarks::landmarks;
 use crate::local_map::LocalMap;
-use crate::map_result::{EdgeKind, MapResult};
+use crate::map_result::{AnchoredClosure, EdgeKind, MapResult};
 use crate::mapper::{Mapper, Placed};
 use crate::occupancy::occupancy;
 use crate::pose_graph::{self, Edge, PoseGraph};
@@ -143,11 +143,11 @@ impl Ending<'_> {
         poses
     }
 
-    /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
-    fn closures(&self) -> Vec<(Closure, usize, usize)> {
+    /// What became of the candidates for loop closures.
+    fn closures(&self) -> Vec<AnchoredClosure> {
         let anchor = |m: usize| self.closer.maps[m].keyframes.start;
         let told = self.closer.closures.iter().filter(|c| c.verdict != Verdict::TooLittle);
-        told.map(|c| (c.clone(), anchor(c.from), anchor(c.to))).collect()
+        told.map(|c| AnchoredClosure { closure: c.clone(), from: anchor(c.from), to: anchor(c.to) }).collect()
     }
 
     /// The values of the result. The graph is drawn into grid and landmarks whether anybody waits or not: they are what is
@@ -203,6 +203,7 @@ fn odometry_alone(trajectory: &[(f64, Se2)], track: &OdometryTrack, shift: impl 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closure::Closure;
     use crate::options::Options;
     use crate::test_keyframe::room;
     use crate::verify::Check;
@@ -316,7 +317,7 @@ mod tests {
             verdicts.map(|verdict| Closure { verdict, ..closure(&ending, 2, Se2::IDENTITY) }).to_vec();
         let (graph, kinds) = ending.graph();
         let result = ending.assemble(graph, kinds, false).unwrap();
-        assert_eq!((result.closures.len(), result.undecided, result.closures[0].1), (2, 3, 0));
+        assert_eq!((result.closures.len(), result.undecided, result.closures[0].from), (2, 3, 0));
         assert!(result.stamps.len() < 100 && result.trajectory.len() == 150, "not each scan is a keyframe");
         for (k, (stamp, pose)) in result.trajectory.iter().enumerate() {
             for seen in [pose, &result.tracked[k], &result.odometry[k]] {

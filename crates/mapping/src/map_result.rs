@@ -3,7 +3,7 @@
 use crate::closure::{Closure, Verdict};
 use crate::pose_graph::PoseGraph;
 use crate::weak::{Reason, WeakSpot};
-use groma_geometry::Se2;
+use groma_geometry::{Se2, Separation};
 use groma_models::{Grid, LandmarkMap};
 use groma_tracking::Overruled;
 use nalgebra::{Matrix3, Vector3};
@@ -18,6 +18,17 @@ pub enum EdgeKind {
     Step,
     /// A loop closure.
     Closure,
+}
+
+/// A candidate for a loop closure, and the keyframes that anchor its two local maps.
+#[derive(Clone, Debug)]
+pub struct AnchoredClosure {
+    /// What was found of it.
+    pub closure: Closure,
+    /// Keyframe that anchors the earlier local map.
+    pub from: usize,
+    /// Keyframe that anchors the later one.
+    pub to: usize,
 }
 
 /// A map and how it came about.
@@ -38,8 +49,8 @@ pub struct MapResult {
     pub tracked: Vec<Se2>,
     /// The same from odometry alone; empty without odometry.
     pub odometry: Vec<Se2>,
-    /// What became of the candidates for loop closures, and the keyframes that anchor the two local maps.
-    pub closures: Vec<(Closure, usize, usize)>,
+    /// What became of the candidates for loop closures.
+    pub closures: Vec<AnchoredClosure>,
     /// Scans that were registered without odometry though there was some: it failed.
     pub overruled: Option<Overruled>,
     /// Candidates with too little in common view to tell.
@@ -63,30 +74,30 @@ pub struct MapResult {
 }
 
 impl MapResult {
-    /// Residual of a closure after optimisation: metres and radians in the directions that it holds.
+    /// Residual of a closure after optimisation, in the directions that it determines.
     #[must_use]
-    pub fn left_of(&self, closed: &(Closure, usize, usize)) -> (f64, f64) {
-        closed.0.residual(&self.between(closed))
+    pub fn residual(&self, closed: &AnchoredClosure) -> Separation {
+        closed.closure.residual(&self.between(closed))
     }
 
     /// The pose of the later anchor of a closure, seen from the earlier one.
-    fn between(&self, &(_, from, to): &(Closure, usize, usize)) -> Se2 {
-        self.graph.nodes[from].between(&self.graph.nodes[to])
+    fn between(&self, closed: &AnchoredClosure) -> Se2 {
+        self.graph.nodes[closed.from].between(&self.graph.nodes[closed.to])
     }
 
     /// Accepted closures with the keyframes that anchor their local maps.
-    pub fn accepted(&self) -> impl Iterator<Item = &(Closure, usize, usize)> {
-        self.closures.iter().filter(|(c, ..)| c.verdict == Verdict::Accepted)
+    pub fn accepted(&self) -> impl Iterator<Item = &AnchoredClosure> {
+        self.closures.iter().filter(|closed| closed.closure.verdict == Verdict::Accepted)
     }
 
     /// Closures whose views agree and that the graph of all keyframes cannot meet: they were accepted and left out again, or lie
     /// just beyond what the graph allows. What lies far beyond is another place that looks alike.
-    pub fn violated(&self) -> impl Iterator<Item = &(Closure, usize, usize)> {
+    pub fn violated(&self) -> impl Iterator<Item = &AnchoredClosure> {
         self.closures.iter().filter(|closed| self.is_violated(closed))
     }
 
-    fn is_violated(&self, closed: &(Closure, usize, usize)) -> bool {
-        let closure = &closed.0;
+    fn is_violated(&self, closed: &AnchoredClosure) -> bool {
+        let closure = &closed.closure;
         let is_unmet = !closure.is_met(&self.between(closed));
         let moved = closure.predicted.between(&closure.check.pose);
         match closure.verdict {

@@ -206,7 +206,8 @@ impl GlarotSignature {
 
     /// Distance 0 to 1, and the rotation that takes the points of self onto those of other, modulo pi.
     fn distance(&self, other: &Self) -> (f64, f64) {
-        self.0.distance(&other.0)
+        let difference = self.0.difference(&other.0);
+        (difference.distance, difference.rotation)
     }
 
     /// Distance 0 to 1 without turning either.

@@ -199,7 +199,8 @@ impl Localizer {
 
     /// Landmarks found during the drive that constrain the pose, and those on trial.
     fn found(&self) -> (usize, usize) {
-        self.0.found()
+        let found = self.0.found();
+        (found.proven, found.on_trial)
     }
 }
 

@@ -7,9 +7,8 @@ use crate::pose_graph::estimation_error;
 use crate::token::{Token, interruptible};
 use crate::vehicle::to_vehicle;
 use groma_geometry::Se2;
-use groma_mapping::closure::Closure;
 use groma_mapping::conclude;
-use groma_mapping::map_result::{EdgeKind, MapResult};
+use groma_mapping::map_result::{AnchoredClosure, EdgeKind, MapResult};
 use groma_mapping::options::Options;
 use groma_models::{Cell, Grid, LandmarkMap, LaserScan, Odometry};
 use groma_pipeline::map::Outcome;
@@ -242,7 +241,7 @@ fn to_arrays(py: Python<'_>, outcome: &Outcome) -> PyResult<MapArrays> {
         odometry: poses(r.odometry.iter()).out(py),
         tracked: poses(r.tracked.iter()).out(py),
         closures: Array2::from_shape_fn((closures.len(), 6), |(k, j)| closures[k][j]).out(py),
-        verdicts: r.closures.iter().map(|(c, ..)| c.verdict.told()).collect(),
+        verdicts: r.closures.iter().map(|c| c.closure.verdict.told()).collect(),
         landmarks: Py::new(py, landmarks(py, &r.landmarks))?,
         grid: Py::new(py, grid(py, &r.grid))?,
         weak: r
@@ -275,10 +274,11 @@ fn graph(py: Python<'_>, r: &MapResult) -> GraphArrays {
 }
 
 fn closures(r: &MapResult) -> Vec<[f64; 6]> {
-    let row = |closed @ (c, from, to): &(Closure, usize, usize)| {
+    let row = |closed: &AnchoredClosure| {
+        let c = &closed.closure;
         let moved = c.predicted.between(&c.check.pose).translation.norm();
-        let (metres, radians) = r.left_of(closed);
-        [*from as f64, *to as f64, c.check.overlap, moved, metres, radians]
+        let left = r.residual(closed);
+        [closed.from as f64, closed.to as f64, c.check.overlap, moved, left.distance, left.angle]
     };
     r.closures.iter().map(row).collect()
 }

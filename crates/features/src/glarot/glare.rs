@@ -42,7 +42,7 @@ mod tests {
             prop_assert_eq!(here.distance_unturned(&here), 0.0);
             prop_assert!(here.distance_unturned(&of(0.0, x)) < 0.02); // pairs on the border of two kernel steps may change
             prop_assert_eq!(here.distance_unturned(&turned), turned.distance_unturned(&here));
-            prop_assert!(here.distance_unturned(&turned) >= here.distance(&turned).0);
+            prop_assert!(here.distance_unturned(&turned) >= here.difference(&turned).distance);
         }
     }
 
@@ -52,7 +52,7 @@ mod tests {
         let across: Vec<_> = corridor.iter().map(|p| Vector2::new(p.y, p.x)).collect();
         let of = |points: &[Vector2<f64>]| Signature::from_points(points, &Options::default());
         let (along, across, nothing) = (of(&corridor), of(&across), of(&[]));
-        assert!(along.distance(&across).0 < 0.02 && along.distance_unturned(&across) > 0.95);
+        assert!(along.difference(&across).distance < 0.02 && along.distance_unturned(&across) > 0.95);
         assert_eq!((along.distance_unturned(&nothing), nothing.distance_unturned(&nothing)), (1.0, 1.0));
     }
 }

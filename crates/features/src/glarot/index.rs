@@ -257,7 +257,7 @@ mod tests {
             prop_assert_eq!(found.iter().map(|c| c.index).collect::<Vec<_>>(), brute.iter().map(|v| v.1).collect::<Vec<_>>());
             for (candidate, (l1, i)) in found.iter().zip(&brute) {
                 prop_assert_eq!(candidate.distance, share(*l1));
-                prop_assert_eq!(candidate.rotation, all[0].distance(&all[i + 1]).1);
+                prop_assert_eq!(candidate.rotation, all[0].difference(&all[i + 1]).rotation);
             }
         }
     }

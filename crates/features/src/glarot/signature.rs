@@ -11,6 +11,15 @@ use std::f64::consts::PI;
 /// Sum of the bins of a signature, at most: two of them still fit a `u16`, so that a distance cannot overflow.
 const FULL: f64 = 32767.0;
 
+/// How two signatures differ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// 0 to 1.
+    pub distance: f64,
+    /// The rotation that takes the points of the first onto those of the second, in `[0, pi)`: known up to half a turn [rad].
+    pub rotation: f64,
+}
+
 /// The histogram of the pairs of a set of landmarks, in whole parts of about 1/32767.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
@@ -49,14 +58,11 @@ impl Signature {
         }
     }
 
-    /// Distance to another signature, 0 to 1, and the rotation that takes the points of self onto those of other [rad],
-    /// in `[0, pi)`: known up to half a turn.
-    ///
-    /// Signatures made with other bins, or empty ones, are at distance 1.
+    /// How this signature differs from another. Signatures made with other bins, or empty ones, are at distance 1.
     #[must_use]
-    pub fn distance(&self, other: &Self) -> (f64, f64) {
+    pub fn difference(&self, other: &Self) -> Difference {
         let (l1, rotation) = self.compare(other);
-        (share(l1), rotation)
+        Difference { distance: share(l1), rotation }
     }
 
     /// Whether no pair counted.
@@ -174,8 +180,8 @@ mod tests {
         fn tells_the_turn_of_a_moved_set(p in points(), x in -5.0..5.0_f64, turn in 0.0..PI) {
             let options = Options::default();
             let moved: Vec<_> = p.iter().map(|&q| Se2::new(x, -x, turn).act(q)).collect();
-            let (distance, rotation) =
-                Signature::from_points(&p, &options).distance(&Signature::from_points(&moved, &options));
+            let Difference { distance, rotation } =
+                Signature::from_points(&p, &options).difference(&Signature::from_points(&moved, &options));
             let error = (rotation - turn + PI / 2.0).rem_euclid(PI) - PI / 2.0;
             prop_assert!(distance < 0.35, "{distance}");
             prop_assert!(error.abs() < 0.6 * PI / options.n_theta as f64, "{error}");
@@ -184,7 +190,7 @@ mod tests {
         #[test]
         fn is_a_symmetric_distance(p in points(), q in points()) {
             let (p, q) = (Signature::from_points(&p, &Options::default()), Signature::from_points(&q, &Options::default()));
-            prop_assert_eq!(p.distance(&p).0, 0.0);
+            prop_assert_eq!(p.difference(&p).distance, 0.0);
             prop_assert_eq!(p.compare(&q).0, q.compare(&p).0);
             prop_assert!(crate::glarot::difference::l1(&p.marginal, &q.marginal) <= p.compare(&q).0);
         }
@@ -194,8 +200,8 @@ mod tests {
             let options = Options::default();
             let turn = bins as f64 * PI / options.n_theta as f64;
             let moved: Vec<_> = p.iter().map(|&q| Se2::new(0.0, 0.0, turn).act(q)).collect();
-            let (distance, _) =
-                Signature::from_points(&p, &options).distance(&Signature::from_points(&moved, &options));
+            let Difference { distance, .. } =
+                Signature::from_points(&p, &options).difference(&Signature::from_points(&moved, &options));
             prop_assert!(distance < 0.01, "{distance}"); // only pairs on the border of two kernel steps may change
         }
     }
@@ -207,9 +213,9 @@ mod tests {
         let far = Signature::from_points(&[Vector2::zeros(), Vector2::new(99.0, 0.0)], &options);
         let pair = Signature::from_points(&[Vector2::zeros(), Vector2::new(3.0, 0.0)], &options);
         assert!(lone.is_empty() && far.is_empty() && !pair.is_empty());
-        assert_eq!(lone.distance(&lone).0, 1.0);
-        assert_eq!(pair.distance(&far).0, 1.0);
+        assert_eq!(lone.difference(&lone).distance, 1.0);
+        assert_eq!(pair.difference(&far).distance, 1.0);
         let other = Signature::from_points(&[Vector2::zeros(), Vector2::x()], &Options { n_rho: 32, ..options });
-        assert_eq!(pair.distance(&other).0, 1.0);
+        assert_eq!(pair.difference(&other).distance, 1.0);
     }
 }

@@ -105,13 +105,13 @@ pub fn worst(truth: &[Se2], estimate: &[Se2]) -> (f64, f64) {
 
 /// Closures of a verdict that passes, with the true pose of the later anchor in the earlier one.
 pub fn closures(truth: &[Se2], result: &MapResult, wanted: impl Fn(Verdict) -> bool) -> Vec<(Closure, Se2)> {
-    let chosen = result.closures.iter().filter(|(c, ..)| wanted(c.verdict));
-    chosen.map(|(c, a, b)| (c.clone(), truth[*a].between(&truth[*b]))).collect()
+    let chosen = result.closures.iter().filter(|c| wanted(c.closure.verdict));
+    chosen.map(|c| (c.closure.clone(), truth[c.from].between(&truth[c.to]))).collect()
 }
 
 /// The most that the truth leaves of accepted closures in the directions that they hold [m], [rad]; their number.
 pub fn worst_closure(truth: &[Se2], result: &MapResult) -> (f64, f64, usize) {
     let accepted = closures(truth, result, |verdict| verdict == Verdict::Accepted);
     let left = accepted.iter().map(|(closure, true_pose)| closure.residual(true_pose));
-    left.fold((0.0, 0.0, 0), |(m, r, count), e| (e.0.max(m), e.1.max(r), count + 1))
+    left.fold((0.0, 0.0, 0), |(m, r, count), e| (e.distance.max(m), e.angle.max(r), count + 1))
 }

@@ -92,7 +92,7 @@ fn rooms_that_look_alike_are_refused() {
 #[test]
 fn a_corridor_without_ends_slides() {
     let (_, result, _) = mapped(1);
-    assert!(result.closures.iter().any(|(c, ..)| c.verdict == Verdict::Slides));
+    assert!(result.closures.iter().any(|c| c.closure.verdict == Verdict::Slides));
     assert!(result.weak.iter().any(|spot| spot.sigma > 0.1), "and the map says that it is weak there");
 }
 

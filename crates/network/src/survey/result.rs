@@ -6,7 +6,7 @@ use super::judged::Judged;
 use super::refine::Refined;
 use super::{Halt, Survey};
 use crate::batch::{Lens, Residuals};
-use groma_geometry::{LieGroup, Se2, Se3};
+use groma_geometry::{LieGroup, Se2, Se3, Separation};
 use groma_models::Camera;
 use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
 use std::f64::consts::PI;
@@ -131,11 +131,14 @@ impl CameraResult {
         weak.then(|| WeakDirection { sigma: sigma(last), across, direction })
     }
 
-    /// How far it is from here to another place of the camera: distance [m] and turn [rad].
+    /// How far it is from here to another place of the camera.
     #[must_use]
-    pub fn motion_to(&self, other: &Self) -> (f64, f64) {
+    pub fn separation(&self, other: &Self) -> Separation {
         let motion = self.pose.inverse() * other.pose;
-        ((other.pose.translation - self.pose.translation).norm(), motion.rotation.quaternion.angle())
+        Separation {
+            distance: (other.pose.translation - self.pose.translation).norm(),
+            angle: motion.rotation.quaternion.angle(),
+        }
     }
 }
 

@@ -55,16 +55,16 @@ fn interrupted(map: &MapResult) -> Option<Finding> {
 fn strained(map: &MapResult) -> Option<Finding> {
     let violated: Vec<_> = map.violated().collect();
     let passed = violated.len() + map.accepted().count();
-    let worst = violated.iter().max_by(|a, b| map.left_of(a).0.total_cmp(&map.left_of(b).0))?;
-    let ((metres, radians), place) = (map.left_of(worst), map.graph.nodes[worst.2].translation);
+    let worst = violated.iter().max_by(|a, b| map.residual(a).distance.total_cmp(&map.residual(b).distance))?;
+    let (left, place) = (map.residual(worst), map.graph.nodes[worst.to].translation);
     let text = format!("of {passed} loop closures {} cannot be met", violated.len());
     (violated.len() as f64 > STRAINED * passed as f64).then(|| {
         Finding::new(Code::ClosureViolated, text)
             .with("violated", violated.len() as f64, "1")
             .with("closures", passed as f64, "1")
-            .with("worst", metres, "m")
-            .with("worst_turn", radians, "rad")
-            .during(map.stamps[worst.1], map.stamps[worst.2])
+            .with("worst", left.distance, "m")
+            .with("worst_turn", left.angle, "rad")
+            .during(map.stamps[worst.from], map.stamps[worst.to])
             .at(place.x, place.y)
     })
 }
@@ -125,6 +125,7 @@ mod tests {
     use super::*;
     use groma_geometry::Se2;
     use groma_mapping::closure::{Closure, Verdict};
+    use groma_mapping::map_result::AnchoredClosure;
     use groma_mapping::mapper::Mapper;
     use groma_mapping::options::Options;
     use groma_mapping::verify::Check;
@@ -152,12 +153,12 @@ mod tests {
     }
 
     /// A closure that the graph misses by so much.
-    fn closure(from: usize, to: usize, verdict: Verdict, off: Se2) -> (Closure, usize, usize) {
+    fn closure(from: usize, to: usize, verdict: Verdict, off: Se2) -> AnchoredClosure {
         let predicted = Se2::new((to - from) as f64, 0.0, 0.0);
         let information = Matrix3::identity() * 1e4;
         let pose = predicted * off.inverse();
         let check = Check { pose, information, overlap: 1.0, share: 1.0, common: 1.0, scale: 0.01 };
-        (Closure { from, to, check, predicted, verdict }, from, to)
+        AnchoredClosure { closure: Closure { from, to, check, predicted, verdict }, from, to }
     }
 
     fn told(change: impl FnOnce(&mut MapResult)) -> Vec<Finding> {

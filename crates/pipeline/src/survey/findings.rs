@@ -1,6 +1,7 @@
 //! The findings of a survey, and what a person should look after first.
 
 use super::Counts;
+use groma_geometry::Separation;
 use groma_models::Finding;
 use groma_models::finding::Code;
 use groma_network::survey::{CameraResult, KnownCamera, Moved, Verdict};
@@ -60,7 +61,7 @@ fn since(map: &NetworkMap, moved: &Moved) -> Option<f64> {
 fn moved<'a>(map: &NetworkMap, name: impl Fn(usize) -> &'a str) -> Vec<Finding> {
     let finding = |m: &Moved| {
         let (old, new) = map.cameras.get(m.from).zip(map.cameras.get(m.to))?;
-        let (distance, turn) = old.motion_to(new);
+        let Separation { distance, angle: turn } = old.separation(new);
         let text = format!(
             "{} was moved during the survey, by {distance:.3} m and {:.2}°: it was mapped anew from then on",
             name(m.camera),
