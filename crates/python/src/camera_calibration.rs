@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, Matrix6, Vector2, Vector3};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
-type Floats<'py> = border::Array1<f64>;
+type Floats = border::Array1<f64>;
 
 /// The default settings as JSON.
 #[pyfunction]
@@ -142,7 +142,7 @@ fn flat(py: Python<'_>, symmetric: &DMatrix<f64>) -> border::Array1<f64> {
 }
 
 /// Pose (16), covariance (36), sensitivity (6 n, by columns), chi-square, dof, decided, the other pose (16) and its chi-square.
-type Pose<'py> = (Floats<'py>, Floats<'py>, Floats<'py>, f64, usize, bool, Option<(Floats<'py>, f64)>);
+type Pose = (Floats, Floats, Floats, f64, usize, bool, Option<(Floats, f64)>);
 
 /// The pose of a panel seen by a camera; None when its corners tell none.
 #[pyfunction]
@@ -152,7 +152,7 @@ pub(crate) fn camera_panel_pose<'py>(
     points: In2<'py, f64>,
     pixels: In2<'py, f64>,
     sigmas: In1<'py, f64>,
-) -> PyResult<Option<Pose<'py>>> {
+) -> PyResult<Option<Pose>> {
     let camera: Camera = parse(camera)?;
     let corners = sightings(&points, &pixels, &sigmas);
     let array = |values: &[f64]| border::column(py, values.iter().copied());
@@ -176,7 +176,7 @@ pub(crate) fn projection_sigmas<'py>(
     py: Python<'py>,
     camera: &str,
     covariance: In2<'py, f64>,
-) -> PyResult<((usize, usize), Floats<'py>, Floats<'py>)> {
+) -> PyResult<((usize, usize), Floats, Floats)> {
     let camera: Camera = parse(camera)?;
     let covariance = covariance.as_array();
     if covariance.shape() != [camera.count(); 2] {

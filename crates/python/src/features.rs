@@ -14,8 +14,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-type Floats<'py> = border::Array1<f64>;
-type Indices<'py> = border::Array1<i64>;
+type Floats = border::Array1<f64>;
+type Indices = border::Array1<i64>;
 
 /// angle_min, angle_increment, range_min, range_max.
 type Beams = (f64, f64, f64, f64);
@@ -144,7 +144,7 @@ pub(crate) fn reflector_detect<'py>(
     counts: Vec<usize>,
     beams: Beams,
     options: &str,
-) -> PyResult<(Indices<'py>, Indices<'py>, Floats<'py>)> {
+) -> PyResult<(Indices, Indices, Floats)> {
     let options: reflector::Options = parse(options)?;
     options.validate().map_err(invalid)?;
     let ranges = split(ranges.as_slice()?, &counts)?;

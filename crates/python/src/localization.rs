@@ -36,7 +36,7 @@ pub(crate) fn wheel_motion<'py>(
     step: (f64, f64),
     duration: f64,
     noise: &str,
-) -> PyResult<(Pose, Matrix<'py>, Matrix<'py>)> {
+) -> PyResult<(Pose, Matrix, Matrix)> {
     let drive = match tricycle {
         true => Drive::Tricycle(Tricycle::from_parameters(parameters)),
         false => Drive::Differential(Differential::from_parameters(parameters)),
@@ -79,7 +79,7 @@ impl Relocalizer {
         descriptors: In2<'py, u8>,
         scan: Option<Scan<'py>>,
         mount: Pose,
-    ) -> PyResult<Vec<Place<'py>>> {
+    ) -> PyResult<Vec<Place>> {
         let unknown = vec![-1_i64; observations.as_array().nrows()];
         let observations = to_observations(&observations, &reflector, &descriptors, &unknown);
         let mount = gate::pose(mount)?;
@@ -98,9 +98,9 @@ impl Relocalizer {
 }
 
 pub(crate) type Pose = (f64, f64, f64);
-pub(crate) type Matrix<'py> = border::Array2<f64>;
+pub(crate) type Matrix = border::Array2<f64>;
 /// Pose, covariance, evidence, probability, number of pairs.
-type Place<'py> = (Pose, Matrix<'py>, f64, f64, usize);
+type Place = (Pose, Matrix, f64, f64, usize);
 /// Stamp, time between beams, the beams, their ranges.
 type TimedScan<'py> = (f64, f64, (f64, f64, f64, f64), In1<'py, f64>);
 pub(crate) type Table<'py> = In2<'py, f64>;

@@ -31,7 +31,7 @@ fn invalid(error: impl std::fmt::Display) -> PyErr {
 
 /// Observations as `Localizer.update` takes them: stamp, range, bearing, covariance (4), orientation a row; which are
 /// reflectors; descriptors.
-type Observed<'py> = (Matrix<'py>, border::Array1<bool>, border::Array2<u8>);
+type Observed = (Matrix, border::Array1<bool>, border::Array2<u8>);
 
 /// Corners and reflectors of the scans of a scanner.
 #[pyclass(module = "groma._core")]
@@ -53,7 +53,7 @@ impl Observer {
         ranges: In1<'py, f64>,
         intensities: In1<'py, f64>,
         beams: Beams,
-    ) -> PyResult<Observed<'py>> {
+    ) -> PyResult<Observed> {
         let all = self.0.observe(&laser_scan(stamp, &ranges, &intensities, beams)?);
         let row = |o: &Observation| {
             let c = &o.covariance;

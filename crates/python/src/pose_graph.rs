@@ -9,7 +9,7 @@ use numpy::ndarray::{Array1, Array2, Array3, ArrayView2, ArrayView3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-type Optimized<'py> = (border::Array2<f64>, border::Array1<f64>, border::Array1<f64>, usize, bool);
+type Optimized = (border::Array2<f64>, border::Array1<f64>, border::Array1<f64>, usize, bool);
 
 /// The settings of the pose graph and their defaults, as JSON.
 #[pyfunction]
@@ -32,7 +32,7 @@ pub(crate) fn pose_graph_optimize<'py>(
     tolerance: Option<f64>,
     inlier_chi_square: Option<f64>,
     convexity_step: Option<f64>,
-) -> PyResult<Optimized<'py>> {
+) -> PyResult<Optimized> {
     let defaults = Options::default();
     let options = Options {
         max_iterations: max_iterations.unwrap_or(defaults.max_iterations),

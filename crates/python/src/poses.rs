@@ -97,7 +97,7 @@ pub(crate) fn planar_sigmas<'py>(
 }
 
 /// Motions (n - 1, 3), covariances and couplings.
-type Between<'py> = (border::Array2<f64>, border::Array3<f64>, border::Array3<f64>);
+type Between = (border::Array2<f64>, border::Array3<f64>, border::Array3<f64>);
 
 /// Motions between poses (n, 3) whose errors are independent.
 #[pyfunction]
@@ -106,7 +106,7 @@ pub(crate) fn motions_between_poses<'py>(
     stamps: In1<'py, f64>,
     poses: In2<'py, f64>,
     covariances: In3<'py, f64>,
-) -> Between<'py> {
+) -> Between {
     let rows = poses.as_array();
     let pose = |(k, t): (usize, &f64)| (*t, Vector3::new(rows[(k, 0)], rows[(k, 1)], rows[(k, 2)]));
     let poses: Vec<_> = stamps.as_array().iter().enumerate().map(pose).collect();

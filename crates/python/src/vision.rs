@@ -7,11 +7,11 @@ use groma_vision::{Family, Found, Gray, Guess, Options, VisionError};
 use nalgebra::Vector2;
 use pyo3::prelude::*;
 
-type Floats<'py> = border::Array1<f64>;
+type Floats = border::Array1<f64>;
 
 /// A panel in an image: its place in the target; numbers, pixels (2 a corner) and sigmas of its corners; blur; counts of
 /// tags left out (repeated, illegible, small, at the border, blurred) and of corners that could not be fitted.
-type FoundPanel<'py> = (usize, Vec<u32>, Floats<'py>, Floats<'py>, f64, [usize; 6]);
+type FoundPanel = (usize, Vec<u32>, Floats, Floats, f64, [usize; 6]);
 
 /// The default gates as JSON.
 #[pyfunction]
@@ -26,7 +26,7 @@ pub(crate) fn find_tag_panels<'py>(
     image: In2<'py, u8>,
     target: &str,
     options: &str,
-) -> PyResult<Vec<FoundPanel<'py>>> {
+) -> PyResult<Vec<FoundPanel>> {
     let (target, options): (Target, Options) = (parse(target)?, parse(options)?);
     let (pixels, [height, width]) = (image.as_slice()?, shape(&image));
     let search =
@@ -35,7 +35,7 @@ pub(crate) fn find_tag_panels<'py>(
     Ok(found.into_iter().map(|(place, found)| to_python(py, place, &found)).collect())
 }
 
-fn to_python<'py>(py: Python<'py>, place: usize, found: &Found) -> FoundPanel<'py> {
+fn to_python<'py>(py: Python<'py>, place: usize, found: &Found) -> FoundPanel {
     let counts = [found.repeated, found.illegible, found.small, found.at_border, found.blurred, found.unrefined];
     (
         place,
@@ -70,7 +70,7 @@ pub(crate) fn refine_corners<'py>(
     guesses: In2<'py, f64>,
     directions: In2<'py, f64>,
     room: In1<'py, f64>,
-) -> PyResult<(Floats<'py>, Floats<'py>, Floats<'py>)> {
+) -> PyResult<(Floats, Floats, Floats)> {
     let (pixels, [height, width]) = (image.as_slice()?, shape(&image));
     let gray = Gray::new(width, height, pixels).map_err(|e: VisionError| invalid(e))?;
     let (guesses, directions, room) = (guesses.as_array(), directions.as_array(), room.as_array());
